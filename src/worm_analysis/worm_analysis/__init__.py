@@ -1,0 +1,1 @@
+"""Observables, episodes, correlators and statistics of a tracked worm, and the report."""

@@ -1,0 +1,1 @@
+"""The graph put together: the `worm` command, the recorder, launch files."""

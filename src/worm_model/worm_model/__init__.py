@@ -1,0 +1,1 @@
+"""Models of the worm: the boundary walk, and the synthetic rig that films a worm."""

@@ -1,0 +1,35 @@
+"""The contract between the nodes: dataclasses, topics, frames and their ROS messages.
+
+The dataclasses import without ROS. Only `worm_msgs_py.convert` and `worm_msgs_py.qos` need rclpy.
+"""
+
+from worm_msgs_py.analysis import Correlation, Distribution, Observables, Quantity
+from worm_msgs_py.body import BodyState, Keypoint, Midline, TrackedFrame
+from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.episodes import Attempt, Episode, EpisodeKind, Event, StrokePhase, Visit
+from worm_msgs_py.frames import Where
+from worm_msgs_py.model import Comparison, ModelQuantity
+from worm_msgs_py.status import Status
+
+__all__ = [
+    "Attempt",
+    "BodyState",
+    "Chamber",
+    "Comparison",
+    "Correlation",
+    "Distribution",
+    "Episode",
+    "EpisodeKind",
+    "Event",
+    "Geometry",
+    "Keypoint",
+    "Midline",
+    "ModelQuantity",
+    "Observables",
+    "Quantity",
+    "Status",
+    "StrokePhase",
+    "TrackedFrame",
+    "Visit",
+    "Where",
+]

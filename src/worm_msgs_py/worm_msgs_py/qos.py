@@ -1,0 +1,34 @@
+"""The quality-of-service profile of each kind of topic (DESIGN.md)."""
+
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+
+RESULT_DEPTH = 4096
+"""Deeper than the longest burst: the tracker may hold back a few hundred frames and then give them
+all at once (`tests/worm_bringup` proves that nothing is lost)."""
+
+
+def _profile(
+    depth: int, reliability: ReliabilityPolicy, durability: DurabilityPolicy
+) -> QoSProfile:
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=reliability,
+        durability=durability,
+    )
+
+
+RESULT = _profile(RESULT_DEPTH, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
+"""States, poses, events: nothing may be lost."""
+
+LATCHED = _profile(64, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+"""Geometry, correlation, distributions: a late subscriber gets the last ones."""
+
+IMAGE_REPLAY = _profile(16, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
+"""Replayed pictures: deeper than the source's window of frames in flight."""
+
+IMAGE_LIVE = _profile(1, ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
+"""Live pictures from a driver that is not ours: the latest frame wins."""
+
+FLOW = _profile(64, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+"""Counters that give the source its back-pressure."""

@@ -1,0 +1,48 @@
+"""Topic names, relative, so that a namespace such as /rig1 works (DESIGN.md)."""
+
+IMAGE = "image_raw"
+IMAGE_COMPRESSED = "image_raw/compressed"
+
+CHAMBER = "chamber"
+CHAMBER_GEOMETRY = "chamber/geometry"
+
+WORM_STATE = "worm/state"
+WORM_HEAD = "worm/head"
+WORM_CENTROID = "worm/centroid"
+WORM_TAIL = "worm/tail"
+WORM_MIDLINE = "worm/midline"
+
+ANALYSIS_STATE = "analysis/state"
+ANALYSIS_EVENTS = "analysis/events"
+ANALYSIS_CORRELATION = "analysis/correlation"
+ANALYSIS_DISTRIBUTIONS = "analysis/distributions"
+ANALYSIS_SUMMARY = "analysis/summary"
+
+MODEL_FORECAST = "model/forecast"
+MODEL_COMPARISON = "model/comparison"
+
+DIAGNOSTICS = "/diagnostics"
+
+FLOW_TRACKED = "flow/tracked"
+"""From the tracker: frames taken and states given (UInt64MultiArray of two)."""
+FLOW_RECORDED = "flow/recorded"
+"""From the recorder: states written (UInt64)."""
+FLOW_END = "flow/end"
+"""From the source, latched: the number of frames that were sent; nothing comes after them."""
+
+RESULTS = (
+    CHAMBER,
+    CHAMBER_GEOMETRY,
+    WORM_STATE,
+    WORM_HEAD,
+    WORM_CENTROID,
+    WORM_TAIL,
+    WORM_MIDLINE,
+    ANALYSIS_STATE,
+    ANALYSIS_EVENTS,
+    ANALYSIS_CORRELATION,
+    ANALYSIS_DISTRIBUTIONS,
+    ANALYSIS_SUMMARY,
+    MODEL_COMPARISON,
+)
+"""Every topic that carries a result and is recorded into the results' bag."""

@@ -1,0 +1,1 @@
+"""A frame in, a BodyState out: picture sources, chamber calibration, tracking."""
