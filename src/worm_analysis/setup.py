@@ -15,7 +15,7 @@ setup(
     zip_safe=False,
     maintainer="The worm-escape authors",
     maintainer_email="maintainers@worm-escape.example.org",
-    description="Observables, episodes, correlators and statistics of a tracked worm, and the report.",
+    description="Observables, episodes and statistics of a tracked worm, and the report.",
     license="MIT",
     entry_points={"console_scripts": ["analysis = worm_analysis.node:main"]},
 )

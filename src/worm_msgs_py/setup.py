@@ -15,7 +15,7 @@ setup(
     zip_safe=False,
     maintainer="The worm-escape authors",
     maintainer_email="maintainers@worm-escape.example.org",
-    description="The contract between the nodes: dataclasses, topics, frames and their ROS messages.",
+    description="The contract between the nodes: dataclasses, topics, frames, messages.",
     license="MIT",
     entry_points={"console_scripts": []},
 )
