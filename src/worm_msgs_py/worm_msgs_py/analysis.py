@@ -98,7 +98,8 @@ class Correlation:
     pairs : ndarray of int64, shape (n,)
         Number of pairs of frames.
     model : ndarray, shape (n,)
-        The boundary walk's C_θ; NaN where no model has been run.
+        exp(−t/t_per) with the fitted t_per; NaN where there is none. (The boundary walk's own
+        C_θ comes on `model/correlation`: the analysis does not read the model.)
     """
 
     lag_s: NDArray[np.float64]
@@ -110,7 +111,7 @@ class Correlation:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Distribution:
-    """A histogram.
+    """A histogram of one bin or more.
 
     Attributes
     ----------

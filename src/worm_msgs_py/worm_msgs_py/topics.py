@@ -20,6 +20,7 @@ ANALYSIS_SUMMARY = "analysis/summary"
 
 MODEL_FORECAST = "model/forecast"
 MODEL_COMPARISON = "model/comparison"
+MODEL_CORRELATION = "model/correlation"
 
 DIAGNOSTICS = "/diagnostics"
 
@@ -44,5 +45,6 @@ RESULTS = (
     ANALYSIS_DISTRIBUTIONS,
     ANALYSIS_SUMMARY,
     MODEL_COMPARISON,
+    MODEL_CORRELATION,
 )
 """Every topic that carries a result and is recorded into the results' bag."""

@@ -1,0 +1,155 @@
+"""Observables, quantities, C_θ(t) and distributions as standard messages."""
+
+import array
+from collections.abc import Sequence
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from numpy.typing import NDArray
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from worm_msgs_py.analysis import Correlation, Distribution, Observables, Quantity
+from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
+from worm_msgs_py.convert.joints import joints_from_msg, joints_to_msg
+from worm_msgs_py.convert.stamp import (
+    duration_to_seconds,
+    header,
+    seconds_to_duration,
+    stamp_to_ns,
+)
+from worm_msgs_py.frames import Where
+
+_REAL = (
+    "r_h_m",
+    "r_c_m",
+    "r_t_m",
+    "theta_h_rad",
+    "psi_b_rad",
+    "psi_h_rad",
+    "theta_dot_rad_s",
+    "v_b_m_s",
+)
+_CURVES = ("C_theta", "C_theta_error", "pairs", "C_theta_model")
+
+
+def observables_to_msg(observables: Observables) -> JointState:
+    """Write one frame's observables; `contact` is 1, 0 or NaN where it cannot be told."""
+    contact = observables.contact
+    return joints_to_msg(
+        {
+            "frame": observables.frame,
+            "where": observables.where,
+            **{name: getattr(observables, name) for name in _REAL},
+            "contact": float("nan") if contact is None else float(contact),
+        },
+        observables.stamp_ns,
+        observables.where.label if observables.where is not Where.UNKNOWN else "",
+    )
+
+
+def observables_from_msg(msg: JointState) -> Observables:
+    """Read one frame's observables; KeyError where a name is missing."""
+    values = joints_from_msg(msg)
+    contact = values["contact"]
+    return Observables(
+        frame=int(values["frame"]),
+        stamp_ns=stamp_to_ns(msg.header.stamp),
+        where=Where(int(values["where"])),
+        contact=None if contact != contact else bool(contact),
+        **{name: values[name] for name in _REAL},
+    )
+
+
+def quantities_to_msg(quantities: Sequence[Quantity], stamp_ns: int) -> DiagnosticArray:
+    """Write estimates; a quantity without a value has level WARN and says why."""
+    statuses = []
+    for quantity in quantities:
+        status = record_to_status(quantity.name, quantity.why, quantity)
+        if quantity.value is None:
+            status.level = DiagnosticStatus.WARN
+        statuses.append(status)
+    return DiagnosticArray(header=header(stamp_ns, ""), status=statuses)
+
+
+def quantities_from_msg(msg: DiagnosticArray) -> tuple[Quantity, ...]:
+    """Read estimates."""
+    return tuple(status_to_record(status, Quantity) for status in msg.status)
+
+
+def correlation_to_msg(correlation: Correlation, stamp_ns: int) -> JointTrajectory:
+    """Write C_θ(t): a point a lag, `time_from_start` is the lag."""
+    return JointTrajectory(
+        header=header(stamp_ns, ""),
+        joint_names=list(_CURVES),
+        points=[
+            JointTrajectoryPoint(
+                positions=[float(value) for value in row],
+                time_from_start=seconds_to_duration(lag),
+            )
+            for lag, *row in zip(
+                correlation.lag_s,
+                correlation.c,
+                correlation.error,
+                correlation.pairs,
+                correlation.model,
+                strict=True,
+            )
+        ],
+    )
+
+
+def correlation_from_msg(msg: JointTrajectory) -> Correlation:
+    """Read C_θ(t); ValueError where the message holds something else."""
+    if list(msg.joint_names) != list(_CURVES):
+        raise ValueError(f"expected the curves {_CURVES}, found {list(msg.joint_names)}")
+    rows = np.array([list(point.positions) for point in msg.points]).reshape(-1, len(_CURVES))
+    lags = [duration_to_seconds(point.time_from_start) for point in msg.points]
+    c, error, pairs, model = (np.ascontiguousarray(column) for column in rows.T)
+    return Correlation(
+        lag_s=np.array(lags, dtype=np.float64),
+        c=c,
+        error=error,
+        pairs=pairs.astype(np.int64),
+        model=model,
+    )
+
+
+def distribution_to_msg(distribution: Distribution) -> Float64MultiArray:
+    """Write a histogram: rows are lower edge, upper edge and count of each bin.
+
+    The first dimension's label is ``name [unit]``, the second one's ``low,high,count``.
+    """
+    table = np.stack(
+        [distribution.edges[:-1], distribution.edges[1:], distribution.counts], axis=1
+    ).astype(np.float64)
+    bins, columns = (int(size) for size in table.shape)
+    return Float64MultiArray(
+        layout=MultiArrayLayout(
+            dim=[
+                MultiArrayDimension(
+                    label=f"{distribution.name} [{distribution.unit}]",
+                    size=bins,
+                    stride=bins * columns,
+                ),
+                MultiArrayDimension(label="low,high,count", size=columns, stride=columns),
+            ],
+            data_offset=0,
+        ),
+        data=array.array("d", table.tobytes()),
+    )
+
+
+def distribution_from_msg(msg: Float64MultiArray) -> Distribution:
+    """Read a histogram."""
+    rows, columns = msg.layout.dim
+    name, _, unit = rows.label.rstrip("]").rpartition(" [")
+    table: NDArray[np.float64] = np.array(msg.data, dtype=np.float64)
+    table = table.reshape(rows.size, columns.size)
+    return Distribution(
+        name=str(name),
+        unit=str(unit),
+        edges=np.append(table[:, 0], table[-1:, 1]),
+        counts=table[:, 2].astype(np.int64),
+    )

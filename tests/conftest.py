@@ -1,0 +1,27 @@
+"""Every test has its own rclpy context, and rclpy checks every field that it is given."""
+
+import os
+import tempfile
+
+# Before rclpy is imported: read once, at import.
+os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
+os.environ.setdefault("ROS_LOG_DIR", tempfile.mkdtemp(prefix="worm-test-log-"))
+
+import pytest
+import rclpy
+from hypothesis import settings
+from rclpy.context import Context
+from rclpy.signals import SignalHandlerOptions
+
+settings.register_profile("worm", deadline=None, derandomize=True)
+settings.load_profile("worm")
+
+
+@pytest.fixture
+def ros_context():
+    """A context of the test's own: nothing that other tests publish can reach it."""
+    context = Context()
+    rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
+    yield context
+    rclpy.shutdown(context=context)
