@@ -28,6 +28,8 @@ FLOW_TRACKED = "flow/tracked"
 """From the tracker: frames taken and states given (UInt64MultiArray of two)."""
 FLOW_RECORDED = "flow/recorded"
 """From the recorder: states written (UInt64)."""
+FLOW_FINISHED = "flow/finished"
+"""From each node as it finishes, latched: how many messages it has sent on each topic."""
 FLOW_END = "flow/end"
 """From the source, latched: the number of frames that were sent; nothing comes after them."""
 
