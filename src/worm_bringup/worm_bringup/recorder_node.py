@@ -1,0 +1,140 @@
+"""Node `recorder`: takes every result topic and writes the tables, the summary and a bag."""
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import UInt64
+
+from worm_bringup.recording import Recording
+from worm_bringup.result_bag import ResultBag
+from worm_msgs_py import convert, topics
+from worm_msgs_py.interfaces import RESULTS
+from worm_msgs_py.ledger import read_announcement
+from worm_msgs_py.qos import FLOW
+
+
+class RecorderNode(Node):
+    """Writes the results of one trial into a directory.
+
+    Parameters (read once)
+    ----------------------
+    out : str
+        An existing, empty directory.
+    expect : list of str
+        Nodes whose announcement it waits for.
+    provenance : str
+        JSON object that goes into the summary as it is.
+    """
+
+    def __init__(self, **node_arguments: Any):
+        super().__init__("recorder", start_parameter_services=False, **node_arguments)
+        out = Path(self.declare_parameter("out", Parameter.Type.STRING).value)
+        self._expected = set(
+            self.declare_parameter("expect", ["tracker", "analysis", "model"]).value
+        )
+        self._provenance = json.loads(self.declare_parameter("provenance", "{}").value)
+        self._recording = Recording(out)
+        self._bag = ResultBag(out / "bag")
+        self._stamp_ns = 0
+        self._received: Counter[str] = Counter()
+        self._announced: dict[str, dict[str, int]] = {}
+        self._frames: int | None = None
+        self._done = False
+        for topic, (kind, qos) in RESULTS.items():
+            self.create_subscription(kind, topic, partial(self._take, topic, kind), qos, raw=True)
+        self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
+        self.create_subscription(
+            DiagnosticStatus, topics.FLOW_FINISHED, self._on_announcement, FLOW
+        )
+        self._progress = self.create_publisher(UInt64, topics.FLOW_RECORDED, FLOW)
+        self._readers = self._make_readers()
+
+    @property
+    def done(self) -> bool:
+        """Whether every message that was announced has come and the files are written."""
+        return self._done
+
+    @property
+    def missing(self) -> str:
+        """What is still to come, for people."""
+        parts = []
+        if self._frames is None:
+            parts.append("the source has not ended")
+        elif self._recording.rows != self._frames:
+            parts.append(f"{self._recording.rows} of {self._frames} frames are recorded")
+        silent = sorted(self._expected - set(self._announced))
+        parts += [f"{name} has not finished" for name in silent]
+        parts += [
+            f"{name} sent {count} on {topic}, {self._received[topic]} came"
+            for name, counts in self._announced.items()
+            for topic, count in counts.items()
+            if self._received[topic] != count
+        ]
+        return "; ".join(parts)
+
+    def destroy_node(self) -> None:
+        """Close the files, whole or not: without a summary nobody takes them for whole."""
+        if not self._done:
+            self._recording.close()
+            self._bag.close()
+        super().destroy_node()
+
+    def _make_readers(self) -> dict[str, Callable[[Any], None]]:
+        recording, trial = self._recording, self._recording.trial
+
+        def keep(name: str, read: Callable[[Any], Any]) -> Callable[[Any], None]:
+            return lambda msg: setattr(trial, name, read(msg))
+
+        return {
+            topics.WORM_STATE: self._on_state,
+            topics.WORM_MIDLINE: lambda msg: recording.add_midline(convert.midline_from_msg(msg)),
+            topics.ANALYSIS_STATE: lambda msg: recording.add_observables(
+                convert.observables_from_msg(msg)
+            ),
+            topics.ANALYSIS_EVENTS: lambda msg: recording.add_events(convert.events_from_msg(msg)),
+            topics.CHAMBER_GEOMETRY: keep("geometry", convert.geometry_from_msg),
+            topics.ANALYSIS_SUMMARY: keep("quantities", convert.quantities_from_msg),
+            topics.ANALYSIS_CORRELATION: keep("correlation", convert.correlation_from_msg),
+            topics.MODEL_COMPARISON: keep("comparison", convert.comparison_from_msg),
+            topics.MODEL_CORRELATION: keep("model_correlation", convert.correlation_from_msg),
+        }
+
+    def _take(self, topic: str, kind: type, data: bytes) -> None:
+        self._received[topic] += 1
+        reader = self._readers.get(topic)
+        if reader is not None:
+            before = self._recording.rows
+            reader(deserialize_message(data, kind))
+            if self._recording.rows != before:
+                self._progress.publish(convert.count_to_msg(self._recording.rows))
+        self._bag.write(topic, self._stamp_ns, data)
+        self._finish_if_whole()
+
+    def _on_state(self, msg: Any) -> None:
+        self._stamp_ns = convert.stamp_to_ns(msg.header.stamp)
+        self._recording.add_state(convert.body_state_from_msg(msg))
+
+    def _on_end(self, msg: UInt64) -> None:
+        self._frames = convert.count_from_msg(msg)
+        self._finish_if_whole()
+
+    def _on_announcement(self, msg: DiagnosticStatus) -> None:
+        name, counts = read_announcement(msg)
+        self._announced[name] = counts
+        self._finish_if_whole()
+
+    def _finish_if_whole(self) -> None:
+        if self._done or self._frames is None or self.missing:
+            return
+        self._recording.trial.frames_read = self._frames
+        self._recording.finish(self._provenance)
+        self._bag.close()
+        self._done = True
