@@ -1,0 +1,49 @@
+"""The light behind the rig and the camera above it: brightness, gradient, blur, noise."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Optics:
+    """What turns transmissions into grey levels.
+
+    A pixel's mean grey level is ``light × gradient × (transmission ∗ Gaussian of blur_px)``.
+
+    Attributes
+    ----------
+    light : float
+        Grey level (0–255) of clear water at the picture's middle.
+    wall_transmission, worm_transmission : float
+        Share of the light that passes the wall and the worm, 0 (black) to 1.
+    gradient : tuple of float
+        Relative change of the light from the picture's middle to its right and to its lower edge.
+    blur_px : float
+        Standard deviation of the camera's point spread; 0 for none.
+    noise : float
+        Standard deviation of the Gaussian noise of each pixel, in grey levels.
+    seed : int
+        Seed of the noise; each frame has a stream of its own.
+    """
+
+    light: float = 200.0
+    wall_transmission: float = 0.2
+    worm_transmission: float = 0.3
+    gradient: tuple[float, float] = (0.12, -0.08)
+    blur_px: float = 0.8
+    noise: float = 2.0
+    seed: int = 0
+
+    def light_field(self, width_px: int, height_px: int) -> NDArray[np.float32]:
+        """Return the grey level of clear water at each pixel, shape (height, width)."""
+        u = np.linspace(-1.0, 1.0, width_px)
+        v = np.linspace(-1.0, 1.0, height_px)[:, np.newaxis]
+        relative = 1.0 + self.gradient[0] * u + self.gradient[1] * v
+        return np.asarray(self.light * relative, dtype=np.float32)
+
+    def noise_of_frame(self, frame: int, shape: tuple[int, int]) -> NDArray[np.float32]:
+        """Return the noise of one frame, in grey levels: the same frame has the same noise."""
+        stream = np.random.Generator(np.random.SFC64([self.seed, frame]))
+        return stream.standard_normal(shape, dtype=np.float32) * np.float32(self.noise)
