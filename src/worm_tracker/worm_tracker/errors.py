@@ -1,0 +1,17 @@
+"""Errors that a user can do something about, each one line with its remedy."""
+
+
+class BadInput(ValueError):  # noqa: N818 (it is the input that is bad)
+    """The input cannot be used: no such bag, not a bag, an encoding that is not read, ..."""
+
+
+class BadPicture(ValueError):  # noqa: N818
+    """One picture is damaged; those before and after it may be whole."""
+
+
+class TrackerError(BadInput):
+    """The tracker cannot go on with what it was given."""
+
+
+class NoChamberFound(TrackerError):  # noqa: N818 (the name is part of the tracker's interface)
+    """No circular chamber stands out in the first pictures."""
