@@ -1,0 +1,97 @@
+"""Calibration: a picture (or what the user knows) in, the rig's `Geometry` out."""
+
+from math import isfinite, radians
+
+import numpy as np
+
+from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
+from worm_tracker.circles import Circle, Picture, find_circles
+from worm_tracker.errors import NoChamberFound
+from worm_tracker.exits import find_exit
+from worm_tracker.parameters import TrackerParameters
+
+
+def calibrate(
+    picture: Picture, parameters: TrackerParameters, stamp_ns: int, version: int = 1
+) -> Geometry:
+    """Find the chambers, their exits and the scale in one back-lit picture.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+        Dark walls on bright water (an inverted picture for a bright worm).
+    parameters : TrackerParameters
+        What is given is not looked for.
+    stamp_ns, version : int
+        Those of the geometry.
+
+    Returns
+    -------
+    Geometry
+        The left chamber is ``chamber_a``. Without an exit in view its x axis points to the right
+        of the picture and `exit_width_m` is NaN.
+
+    Raises
+    ------
+    NoChamberFound
+        Where no circular wall stands out.
+    """
+    h, w = picture.shape
+    if parameters.no_chamber:
+        return Geometry(version, stamp_ns, w, h)
+    if parameters.chamber_given:
+        given = Circle(parameters.centre_u_px, parameters.centre_v_px, parameters.radius_px)
+        circles = [given]
+    else:
+        circles = sorted(find_circles(picture), key=lambda circle: circle.u)
+    if not circles:
+        raise NoChamberFound(_why(picture))
+    names = (CHAMBER_A, CHAMBER_B)
+    chambers = tuple(
+        _chamber(picture, circle, name, parameters)
+        for name, circle in zip(names, circles, strict=False)
+    )
+    return Geometry(version, stamp_ns, w, h, chambers)
+
+
+def _chamber(
+    picture: Picture, circle: Circle, name: str, parameters: TrackerParameters
+) -> Chamber:
+    """Return the chamber of one circle, with its exit where there is one."""
+    exit_ = find_exit(picture, circle)
+    metres = parameters.radius_m / circle.radius
+    direction, sd = (exit_.direction_rad, exit_.direction_sd_rad) if exit_ else (0.0, float("nan"))
+    if isfinite(parameters.exit_deg):
+        direction, sd = radians(parameters.exit_deg), float("nan")
+    return Chamber(
+        name=name,
+        centre_u_px=circle.u,
+        centre_v_px=circle.v,
+        radius_px=circle.radius,
+        exit_rad=direction,
+        radius_m=parameters.radius_m,
+        exit_width_m=exit_.width_px * metres if exit_ else float("nan"),
+        residual_px=circle.residual,
+        centre_sd_px=circle.centre_sd,
+        radius_sd_px=circle.radius_sd,
+        exit_sd_rad=sd,
+    )
+
+
+def _why(picture: Picture) -> str:
+    """Return one line that names the cause and the remedy."""
+    low, high = (float(np.quantile(picture, q)) for q in (0.02, 0.98))
+    if high < 8:
+        cause = "the picture is black"
+    elif low > 247:
+        cause = "the picture is saturated"
+    elif high - low < 12:
+        cause = "the picture has no contrast"
+    else:
+        cause = "no circular wall stands out in it"
+    return (
+        f"no chamber found: {cause}; check the light and the topic, give the circle "
+        "(centre_u_px, centre_v_px, radius_px), set polarity to bright where the worm is bright, "
+        "or track without a rig (no_chamber, --no-chamber)"
+    )

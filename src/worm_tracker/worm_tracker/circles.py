@@ -1,0 +1,239 @@
+"""The wall's circle in a picture, below a pixel: rays, robust consensus, least squares."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, optimize
+
+Floats = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+COARSE_SIDE = 256
+"""Longer side of the reduced picture in which chambers are looked for."""
+MIN_RADIUS_PX = 25.0
+MIN_CONTRAST = 0.25
+"""Least step from water to wall, as a fraction of the water's brightness."""
+MIN_STEP_GREY = 12.0
+"""Least step from water to wall in grey levels, well above the noise of any camera."""
+MIN_COVERAGE = 0.45
+"""Least fraction of the circle on which the wall must be seen."""
+RAYS = 720
+FINE_RAYS = 1440
+CONSENSUS_DRAWS = 600
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """A circle fitted to the wall's inner edge.
+
+    Attributes
+    ----------
+    u, v, radius : float
+        Pixels.
+    residual : float
+        RMS distance of the edge points from the circle, pixels.
+    centre_sd, radius_sd : float
+        One standard deviation of the fit, pixels.
+    coverage : float
+        Fraction of the full circle on which the edge was seen.
+    """
+
+    u: float
+    v: float
+    radius: float
+    residual: float = float("nan")
+    centre_sd: float = float("nan")
+    radius_sd: float = float("nan")
+    coverage: float = 1.0
+
+
+def find_circles(picture: Picture, most: int = 2) -> list[Circle]:
+    """Find the chambers in a back-lit picture, the largest first.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+        Bright water, dark walls.
+    most : int
+        Number of chambers to look for; they must be of equal size within a tenth.
+
+    Returns
+    -------
+    list of Circle
+        Those that stand up to the tests of contrast, coverage and residual; may be empty.
+    """
+    shrink = max(1.0, max(picture.shape) / COARSE_SIDE)
+    small = cv2.resize(picture, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
+    threshold, bright = cv2.threshold(small, 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    if np.ptp(small) < MIN_STEP_GREY or threshold <= 0:
+        return []
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9))
+    bright = cv2.morphologyEx(bright, cv2.MORPH_CLOSE, kernel)  # a worm must not split the disc
+    if bright.all():
+        return []
+    found: list[Circle] = []
+    for _ in range(most + 1):
+        depth = cv2.distanceTransform(bright, cv2.DIST_L2, 5)
+        _, inscribed, _, (x, y) = cv2.minMaxLoc(depth)
+        if inscribed * shrink < MIN_RADIUS_PX / 2 or len(found) == most:
+            break
+        circle = fit_circle(picture, ((x + 0.5) * shrink - 0.5, (y + 0.5) * shrink - 0.5))
+        blank = circle or Circle(x * shrink, y * shrink, inscribed * shrink)
+        centre = (round(blank.u / shrink), round(blank.v / shrink))
+        cv2.circle(bright, centre, round(1.1 * blank.radius / shrink) + 1, 0, -1)
+        if circle and (not found or abs(circle.radius / found[0].radius - 1) < 0.1):
+            found.append(circle)
+    return found
+
+
+def fit_circle(picture: Picture, inside: tuple[float, float]) -> Circle | None:
+    """Fit the wall around a point inside a chamber; None where there is no circular wall.
+
+    The wall's edge is where the brightness falls through half its step from water to wall. A worm
+    along the wall, the exit and debris are outliers to the consensus and to the robust fit.
+    """
+    points = _coarse_edges(picture, inside)
+    guess = _consensus(points, tolerance=max(2.0, 0.004 * max(picture.shape)))
+    for _ in range(3):
+        if guess is None or not _plausible(guess, picture):
+            return None
+        edges = _fine_edges(picture, guess)
+        if len(edges) < MIN_COVERAGE * FINE_RAYS:
+            return None
+        guess = _least_squares(edges, guess)
+    if guess is None or not _plausible(guess, picture):
+        return None
+    if guess.coverage < MIN_COVERAGE or guess.residual > max(0.7, 0.004 * guess.radius):
+        return None
+    return guess
+
+
+def _plausible(circle: Circle, picture: Picture) -> bool:
+    """Tell whether a circle's centre is in the picture and its size can be one in view."""
+    h, w = picture.shape
+    inside = 0 <= circle.u < w and 0 <= circle.v < h
+    return inside and MIN_RADIUS_PX <= circle.radius <= max(h, w)
+
+
+def radial_profiles(
+    picture: Picture, circle: Circle, radii: Floats, angles: Floats
+) -> NDArray[np.float32]:
+    """Sample the picture on a polar grid about the circle's centre.
+
+    Returns
+    -------
+    ndarray of float32, shape (angles, radii)
+        NaN outside the picture. Angles grow counter-clockwise as seen.
+    """
+    u = circle.u + radii[None] * np.cos(angles)[:, None]
+    v = circle.v - radii[None] * np.sin(angles)[:, None]
+    sampled = cv2.remap(
+        picture.astype(np.float32),
+        u.astype(np.float32),
+        v.astype(np.float32),
+        cv2.INTER_LINEAR,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=(float("nan"),) * 4,
+    )
+    return np.asarray(sampled, np.float32)
+
+
+def _coarse_edges(picture: Picture, inside: tuple[float, float]) -> Floats:
+    """Return, on each ray, the point of the steepest fall from bright to dark."""
+    reach = int(np.hypot(*picture.shape))
+    angles = np.linspace(0, 2 * np.pi, RAYS, endpoint=False)
+    smooth = cv2.GaussianBlur(picture, (0, 0), 1.5)
+    around = Circle(inside[0], inside[1], 0.0)
+    radii = np.arange(0.0, reach)
+    profiles = radial_profiles(smooth, around, radii, angles)
+    with np.errstate(invalid="ignore"):
+        step = profiles[:, :-4] - profiles[:, 4:]
+        level = np.maximum(profiles[:, :-4], 1.0)
+        step = np.where((step > MIN_STEP_GREY) & (step > MIN_CONTRAST * level), step, 0.0)
+    best = np.argmax(step, axis=1)
+    seen = step[np.arange(RAYS), best] > 0
+    r = best[seen] + 2.0
+    return np.stack(
+        [inside[0] + r * np.cos(angles[seen]), inside[1] - r * np.sin(angles[seen])], axis=1
+    )
+
+
+def _consensus(points: Floats, tolerance: float) -> Circle | None:
+    """Return the circle through three points that most points agree with (RANSAC, seeded)."""
+    if len(points) < RAYS // 4:
+        return None
+    rng = np.random.default_rng(0)
+    triples = points[rng.integers(0, len(points), (CONSENSUS_DRAWS, 3))]
+    a, b, c = triples[:, 0], triples[:, 1] - triples[:, 0], triples[:, 2] - triples[:, 0]
+    det = 2 * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
+    usable = np.abs(det) > 1.0
+    a, b, c, det = a[usable], b[usable], c[usable], det[usable]
+    bb, cc = (b**2).sum(1), (c**2).sum(1)
+    x = (c[:, 1] * bb - b[:, 1] * cc) / det
+    y = (b[:, 0] * cc - c[:, 0] * bb) / det
+    radii = np.hypot(x, y)
+    centres = a + np.stack([x, y], axis=1)
+    distance = np.hypot(*(points[None] - centres[:, None]).transpose(2, 0, 1))
+    votes = (np.abs(distance - radii[:, None]) < tolerance).sum(1)
+    if not len(votes) or votes.max() < MIN_COVERAGE * RAYS / 2:
+        return None
+    best = int(np.argmax(votes))
+    return Circle(float(centres[best, 0]), float(centres[best, 1]), float(radii[best]))
+
+
+def _fine_edges(picture: Picture, circle: Circle) -> Floats:
+    """Return the half-height points of the wall around a circle that is right to a few pixels."""
+    reach = float(np.clip(0.03 * circle.radius, 6.0, 14.0))
+    radii = circle.radius + np.arange(-reach, reach + 0.01, 0.25)
+    angles = np.linspace(0, 2 * np.pi, FINE_RAYS, endpoint=False)
+    profiles = radial_profiles(picture, circle, radii, angles)
+    profiles = ndimage.gaussian_filter1d(profiles, 3.0, axis=1, mode="nearest")
+    quarter = len(radii) // 5
+    water = _level(profiles[:, :quarter])
+    wall = _level(profiles[:, -quarter:])
+    half = (water + wall) / 2
+    with np.errstate(invalid="ignore"):
+        above = profiles > half[:, None]
+        ok = (water - wall > MIN_STEP_GREY) & (water - wall > MIN_CONTRAST * water)
+    ok &= water > 0.7 * np.median(water)  # elsewhere a worm lies along the wall
+    falls = above[:, :-1] & ~above[:, 1:]
+    ok &= (falls.sum(1) == 1) & np.isfinite(profiles).all(1)
+    row, k = np.flatnonzero(ok), np.argmax(falls[ok], axis=1)
+    high, low = profiles[row, k], profiles[row, k + 1]
+    r = radii[k] + 0.25 * (high - half[row]) / (high - low)
+    return np.stack(
+        [circle.u + r * np.cos(angles[row]), circle.v - r * np.sin(angles[row])], axis=1
+    )
+
+
+def _level(part: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the plateau's brightness on each ray, steadied over neighbouring rays."""
+    level = ndimage.median_filter(np.nan_to_num(part.mean(1)), 31, mode="wrap")
+    return np.asarray(level, np.float32)
+
+
+def _least_squares(points: Floats, guess: Circle) -> Circle:
+    """Fit a circle robustly; outliers beyond three robust deviations are dropped at the end."""
+
+    def residuals(p: Floats, use: Floats) -> Floats:
+        return np.asarray(np.hypot(use[:, 0] - p[0], use[:, 1] - p[1]) - p[2])
+
+    start = np.array([guess.u, guess.v, guess.radius])
+    fit = optimize.least_squares(residuals, start, loss="soft_l1", f_scale=0.3, args=(points,))
+    off = np.abs(residuals(fit.x, points))
+    keep = points[off < 3 * max(1.4826 * float(np.median(off)), 0.05)]
+    fit = optimize.least_squares(residuals, fit.x, args=(keep,))
+    rms = float(np.sqrt(np.mean(fit.fun**2)))
+    covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * rms**2
+    sd = np.sqrt(np.diag(covariance))
+    return Circle(
+        float(fit.x[0]),
+        float(fit.x[1]),
+        float(fit.x[2]),
+        residual=rms,
+        centre_sd=float(np.hypot(sd[0], sd[1])),
+        radius_sd=float(sd[2]),
+        coverage=len(keep) / FINE_RAYS,
+    )

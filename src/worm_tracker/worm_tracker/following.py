@@ -1,0 +1,275 @@
+"""Follows one worm from picture to picture: where it is, and its midline."""
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_msgs_py.chamber import Geometry
+from worm_msgs_py.status import Status
+from worm_tracker.background import MAX_GAIN, MIN_GAIN, Background
+from worm_tracker.body_fit import fit_body
+from worm_tracker.light import Picture, empty_rig
+from worm_tracker.outline import POINTS, Floats, Rough, arc_length, rough_midline
+from worm_tracker.refinement import Fine, refine
+from worm_tracker.segmentation import (
+    Blob,
+    Window,
+    draw_blob,
+    find_blobs,
+    first_threshold,
+    noise_of,
+    pick,
+    whole,
+    window_around,
+)
+
+THRESHOLD = 0.4
+"""Of the signal on the midline: what counts as body when the object is cut out."""
+MIN_OVERLAP = 0.7
+"""Least agreement of body and picture for a midline to be believed."""
+SMALL, LARGE = 0.35, 2.2
+"""Areas, relative to the worm's, that are not the worm."""
+MARGIN_PX = 24.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Observation:
+    """What one picture says of the worm, before anyone knows which end is the head.
+
+    Attributes
+    ----------
+    status : Status
+    u, v : float
+        Centroid of the body's area; NaN where there is none.
+    points, widths : ndarray
+        Midline (POINTS, 2) and widths (POINTS,); empty where there is none.
+    confidence : float
+        How well the body explains the picture, 0 to 1.
+    width : float
+        Mean width over the middle four fifths; NaN where there is no midline.
+    """
+
+    status: Status
+    u: float = float("nan")
+    v: float = float("nan")
+    points: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    widths: Floats = field(default_factory=lambda: np.empty(0))
+    confidence: float = 0.0
+    width: float = float("nan")
+
+
+@dataclass(eq=False, slots=True)
+class _Known:
+    """What has been learned of this worm: running means over frames with a sound midline."""
+
+    length: float
+    width: float
+    area: float
+    level: float
+    widths: Floats
+    frames: int = 1
+
+    def learn(self, fine: Fine, area: float) -> None:
+        self.frames += 1
+        rate = max(1 / self.frames, 0.02)
+        self.length += rate * (arc_length(fine.points)[-1] - self.length)
+        self.width += rate * (mean_width(fine.widths) - self.width)
+        self.area += rate * (area - self.area)
+        self.level += rate * (fine.level - self.level)
+        self.widths = self.widths + rate * (fine.widths - self.widths)
+
+
+class Follower:
+    """Follows the worm; one picture in, one `Observation` out.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+        The first picture, dark worm on bright ground.
+    geometry : Geometry
+        The rig.
+    """
+
+    def __init__(self, picture: Picture, geometry: Geometry) -> None:
+        ground, arena = empty_rig(picture, geometry)
+        self._arena = arena.astype(np.uint8) * 255
+        signal = cv2.subtract(np.rint(ground).astype(np.uint8), picture)
+        signal = cv2.GaussianBlur(cv2.bitwise_and(signal, self._arena), (3, 3), 0)
+        noise = noise_of((ground - picture).astype(np.int16)[arena])
+        self._threshold = first_threshold(signal, noise)
+        everything = whole(picture.shape)
+        blobs = find_blobs(signal, self._threshold, everything)
+        worm = draw_blob(blobs[0], everything, widen=6) if blobs else np.zeros_like(picture)
+        self.background = Background(picture, ground, worm)
+        self._noise = noise
+        self._known: _Known | None = None
+        self._blob: Blob | None = None
+        self._last: Floats | None = None
+        self._before: Floats | None = None
+        self._lost = 0
+
+    def push(self, picture: Picture) -> Observation:
+        """Look at the next picture."""
+        gain = self.background.gain(picture)
+        if not MIN_GAIN <= gain <= MAX_GAIN:
+            self._lost += 1
+            return Observation(Status.BAD_IMAGE)
+        window, signal, smooth, blob = self._find(picture, gain)
+        if blob is None:
+            self._lost += 1
+            self._blob = None
+            if self._known is None:
+                self._rethink(signal)
+            found = Observation(Status.NO_WORM)
+        else:
+            found = self._observe(signal, smooth, window, blob)
+            self._blob, self._lost = blob, 0
+        self._before, self._last = self._last, found.points if len(found.points) else None
+        self.background.learn(picture, gain, self._hide(picture, gain))
+        return found
+
+    def _find(
+        self, picture: Picture, gain: float
+    ) -> tuple[Window, Picture, Picture, Blob | None]:
+        """Return window, signal, smoothed signal and object; all of the picture if need be."""
+        everything = whole(picture.shape)
+        windows = [everything]
+        if self._blob is not None:
+            low, high = self._blob.contour.min(0), self._blob.contour.max(0)
+            windows.insert(0, window_around(low, high, MARGIN_PX, picture.shape))
+        for window in windows:
+            signal = self.background.signal(picture, gain, window)
+            signal = cv2.bitwise_and(signal, self._arena[window])
+            smooth = cv2.GaussianBlur(signal, (3, 3), 0)
+            blob = self._pick(find_blobs(smooth, self._threshold, window))
+            cut = blob is not None and blob.touches(window) and not blob.touches(everything)
+            if blob is not None and not (cut and window is not everything):
+                return window, signal, smooth, blob
+        return window, signal, smooth, None
+
+    def _pick(self, blobs: list[Blob]) -> Blob | None:
+        """Return the object that is the worm, if any can be."""
+        if self._known is not None:
+            blobs = [blob for blob in blobs if blob.area > 0.1 * self._known.area]
+        area = self._known.area if self._known else 0.0
+        if self._blob is None:
+            return pick(blobs, area, 0.0, 0.0, 0.0)
+        reach = max(float(np.ptp(self._blob.contour, axis=0).max()), 20.0)
+        return pick(blobs, area, self._blob.u, self._blob.v, reach)
+
+    def _rethink(self, signal: Picture) -> None:
+        """Choose the threshold anew while no worm has been seen yet."""
+        self._threshold = first_threshold(signal, self._noise)
+
+    def _observe(self, signal: Picture, smooth: Picture, window: Window, blob: Blob) -> Observation:
+        """Find the midline of the object, or say why there is none."""
+        height, width = self.background.picture.shape
+        if blob.touches((slice(0, height), slice(0, width))):
+            return Observation(Status.TOUCHES_BORDER, blob.u, blob.v)
+        known = self._known
+        if known is not None and blob.area < SMALL * known.area:
+            return Observation(Status.TOO_SMALL, blob.u, blob.v)
+        if known is not None and blob.area > LARGE * known.area:
+            return Observation(Status.TOO_LARGE, blob.u, blob.v)
+        expected = known.width if known else _thickness(blob, window)
+        rough = rough_midline(blob.contour, expected, self._last)
+        if rough is not None and self._sound(rough, blob, expected):
+            offset = (window[1].start, window[0].start)
+            fine = refine(signal, offset, rough.points, min(rough.width, 1.3 * expected))
+            confidence = _agreement(fine, blob)
+            if confidence >= MIN_OVERLAP:
+                self._learn(fine, blob)
+                return _tracked(fine.points, fine.widths, confidence)
+        return self._carry(signal, smooth, window, blob)
+
+    def _sound(self, rough: Rough, blob: Blob, width: float) -> bool:
+        """Tell whether an outline is that of a body that does not touch itself."""
+        length = arc_length(rough.points)[-1]
+        if blob.hole_area > 0.15 * width**2 or rough.side_ratio > 1.4:
+            return False
+        if self._known is None:
+            return length > 2.5 * rough.width and abs(np.log(length * rough.width / blob.area)) < 0.35
+        stretch = length / self._known.length
+        return 0.75 < stretch < 1.35 and rough.width < 1.35 * width
+
+    def _learn(self, fine: Fine, blob: Blob) -> None:
+        """Take a sound midline into what is known of the worm."""
+        if self._known is None:
+            width = mean_width(fine.widths)
+            length = float(arc_length(fine.points)[-1])
+            self._known = _Known(length, width, blob.area, fine.level, fine.widths)
+        else:
+            flip = self._last is not None and _nearer_turned(fine.points, self._last)
+            widths = fine.widths[::-1] if flip else fine.widths
+            self._known.learn(Fine(fine.points, widths, fine.level, fine.seen), blob.area)
+        self._threshold = max(THRESHOLD * self._known.level, 4 * self._noise)
+
+    def _carry(self, signal: Picture, smooth: Picture, window: Window, blob: Blob) -> Observation:
+        """Carry the last midline on as a deformable body, where the body touches itself."""
+        known, last = self._known, self._last
+        if known is None or last is None:
+            return Observation(Status.COILED, blob.u, blob.v)
+        offset = np.array([window[1].start, window[0].start], np.float64)
+        _, above = cv2.threshold(smooth, self._threshold, 255, cv2.THRESH_BINARY)
+        mask = cv2.bitwise_and(draw_blob(blob, window), above)
+        starts = [last - offset]
+        if self._before is not None:
+            before = self._before
+            if _nearer_turned(before, last):
+                before = before[::-1]
+            starts.append(2 * last - before - offset)
+        fits = [fit_body(mask, start, known.widths, known.length) for start in starts]
+        best = max(fits, key=lambda fit: fit.overlap)
+        if best.overlap < MIN_OVERLAP:
+            return Observation(Status.COILED, blob.u, blob.v)
+        return _tracked(best.points + offset, known.widths, best.overlap)
+
+    def _hide(self, picture: Picture, gain: float):  # type: ignore[no-untyped-def]
+        """Return the function that masks the worm for the background."""
+        blob = self._blob
+        if blob is not None:
+            return lambda window: draw_blob(blob, window, widen=5)
+
+        def dark(window: Window) -> Picture:
+            signal = self.background.signal(picture, gain, window)
+            level = max(0.5 * min(self._threshold, 255.0), 3 * self._noise)
+            return np.asarray(signal > level, np.uint8)
+
+        return dark
+
+
+def mean_width(widths: Floats) -> float:
+    """Return the mean over the middle four fifths of the body."""
+    cut = len(widths) // 10
+    return float(widths[cut : len(widths) - cut].mean())
+
+
+def _tracked(points: Floats, widths: Floats, confidence: float) -> Observation:
+    """Return the observation of a midline; the centroid is that of the body's area."""
+    steps = np.gradient(arc_length(points)) * widths
+    u, v = (points * steps[:, None]).sum(0) / steps.sum()
+    return Observation(
+        Status.TRACKED, float(u), float(v), points, widths, float(confidence), mean_width(widths)
+    )
+
+
+def _agreement(fine: Fine, blob: Blob) -> float:
+    """Return how well a refined body explains the object: areas and edges found."""
+    area = float((np.gradient(arc_length(fine.points)) * fine.widths).sum())
+    return min(area, blob.area) / max(area, blob.area) * fine.seen
+
+
+def _thickness(blob: Blob, window: Window) -> float:
+    """Return a first guess of the body's width, from the distance to the outline."""
+    inside = cv2.distanceTransform(draw_blob(blob, window), cv2.DIST_L2, 5)
+    return max(2 * float(inside.max()) - 1, 3.0)
+
+
+def _nearer_turned(points: Floats, last: Floats) -> bool:
+    """Tell whether a midline lies nearer to another one when it is turned round."""
+    straight = np.abs(points - last).sum()
+    return bool(np.abs(points[::-1] - last).sum() < straight)
+
+

@@ -1,0 +1,155 @@
+"""Which end is the head: a running log-odds from how the body moves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_tracker.outline import arc_length
+
+Floats = NDArray[np.float64]
+
+ODDS_PER_LENGTH = 6.0
+"""Log-odds gained per body length of motion along the body: a worm moves head-first."""
+MOST_ODDS = 12.0
+"""Cap, so that two lengths the other way undo any belief."""
+MOST_ACTIVITY_ODDS = 1.0
+"""Most that the liveliness of an end can add: the head swings more than the tail."""
+ACTIVITY_FRAMES = 100.0
+"""Memory of the liveliness."""
+CERTAIN_ODDS = 3.0
+"""Beyond this (95 %) the head is taken as decided."""
+LINK_WIDTHS = 0.3
+"""Difference of the two ways to join two midlines, in widths, that makes one e times likelier."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Linked:
+    """A midline joined to those before it.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, 2)
+        In the order of the chain, which is the same for all linked midlines.
+    reliability : float
+        Probability, 0.5 to 1, that the link to the one before is not the wrong way round.
+    flipped : bool
+        Whether the points were turned round to get there.
+    """
+
+    points: Floats
+    reliability: float
+    flipped: bool
+
+
+class HeadTail:
+    """Carries the order of the ends through time, and the belief which one is the head.
+
+    Attributes
+    ----------
+    log_odds : float
+        That the chain's first end is the head; its sign is the decision.
+    swaps : int
+        Times that a decision, once certain, was turned into its contrary.
+    """
+
+    def __init__(self) -> None:
+        self._motion = 0.0
+        self._activity = np.zeros(2)
+        self._seen = 0
+        self._last: Floats | None = None
+        self._gap = 1
+        self._decided = 0
+        self.swaps = 0
+
+    @property
+    def log_odds(self) -> float:
+        """Log-odds that the first end is the head, from motion and liveliness."""
+        first, last = np.sqrt(self._activity + 1e-6)
+        lively = 0.0
+        if self._seen > ACTIVITY_FRAMES / 4:
+            limit = MOST_ACTIVITY_ODDS
+            lively = float(np.clip(np.log(first / last), -limit, limit))
+        return self._motion + lively
+
+    @property
+    def certain(self) -> bool:
+        """Whether the head is decided."""
+        return abs(self.log_odds) >= CERTAIN_ODDS
+
+    def miss(self) -> None:
+        """Note a frame without a midline: the next link is less sure."""
+        self._gap += 1
+
+    def push(self, points: Floats, width: float) -> Linked:
+        """Join the next midline to the chain and weigh what it says.
+
+        Parameters
+        ----------
+        points : ndarray, shape (n, 2)
+            Points at equal steps from tip to tip, either way round.
+        width : float
+            The body's width, pixels.
+        """
+        if self._last is None:
+            self._last = points
+            return Linked(points, 1.0, False)
+        straight = _distance(points, self._last)
+        turned = _distance(points[::-1], self._last)
+        flipped = turned < straight
+        points = points[::-1] if flipped else points
+        scale = LINK_WIDTHS * width * np.sqrt(self._gap)
+        reliability = 1 / (1 + np.exp(-min(abs(turned - straight) / scale, 30.0)))
+        self._motion = _dilute(self._motion, float(reliability))
+        if self._gap <= 3:
+            self._weigh(points, self._last)
+        self._last, self._gap = points, 1
+        self._note_swap()
+        return Linked(points, float(reliability), bool(flipped))
+
+    def _weigh(self, points: Floats, last: Floats) -> None:
+        """Add what the motion between two midlines says."""
+        length = arc_length(last)[-1]
+        tangent = -np.gradient(last, axis=0)  # towards the first end
+        tangent /= np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)[:, None]
+        moved = points - last
+        n = len(points)
+        body = slice(n // 8, n - n // 8)
+        forward = float((moved[body] * tangent[body]).sum(1).mean())
+        self._motion += ODDS_PER_LENGTH * forward / length
+        self._motion = float(np.clip(self._motion, -MOST_ODDS, MOST_ODDS))
+        sideways = moved[:, 0] * tangent[:, 1] - moved[:, 1] * tangent[:, 0]
+        k = max(1, n // 10)
+        ends = np.array([np.mean(sideways[:k] ** 2), np.mean(sideways[-k:] ** 2)])
+        self._activity += (ends - self._activity) / min(self._seen + 1.0, ACTIVITY_FRAMES)
+        self._seen += 1
+
+    def _note_swap(self) -> None:
+        if not self.certain:
+            return
+        sign = 1 if self.log_odds > 0 else -1
+        if self._decided == -sign:
+            self.swaps += 1
+        self._decided = sign
+
+
+def certainty(log_odds: float) -> float:
+    """Return the probability of the likelier way round, 0.5 to 1."""
+    return float(1 / (1 + np.exp(-abs(log_odds))))
+
+
+def chained(certainty_after: float, reliability: float) -> float:
+    """Return the certainty before a link from that after it."""
+    return certainty_after * reliability + (1 - certainty_after) * (1 - reliability)
+
+
+def _dilute(log_odds: float, reliability: float) -> float:
+    """Return the log-odds after a link that may be the wrong way round."""
+    p = 1 / (1 + np.exp(-log_odds))
+    p = chained(p, reliability)
+    return float(np.log(p / (1 - p)))
+
+
+def _distance(a: Floats, b: Floats) -> float:
+    """Return the mean distance of corresponding points."""
+    return float(np.hypot(*(a - b).T).mean())

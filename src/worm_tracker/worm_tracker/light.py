@@ -1,0 +1,138 @@
+"""The light behind a worm that was there from the first frame: what the picture would show there."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from worm_msgs_py.chamber import Chamber, Geometry
+
+Picture = NDArray[np.uint8]
+Floats = NDArray[np.float32]
+
+SAMPLES = 20000
+"""Pixels that the smooth field is fitted to."""
+WALL_REACH_PX = 12
+"""How far to either side of the wall its blurred profile is modelled."""
+
+
+def fit_light(picture: Picture, arena: NDArray[np.bool_]) -> Floats:
+    """Fit a smooth field to the bright ground of a picture, dark objects left out.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+    arena : ndarray of bool, shape (h, w)
+        Where the ground is in view.
+
+    Returns
+    -------
+    ndarray of float32, shape (h, w)
+        A polynomial of third order; pixels darker than 2.5 robust deviations, or brighter than
+        four, are dropped and the fit repeated until it settles.
+    """
+    h, w = picture.shape
+    v, u = np.nonzero(arena)
+    stride = max(1, len(v) // SAMPLES)
+    v, u = v[::stride], u[::stride]
+    values = picture[v, u].astype(np.float64)
+    basis = _polynomial(u / w, v / h)
+    keep = values >= np.quantile(values, 0.25)  # most worms are less than a quarter of the view
+    field = np.zeros(basis.shape[1])
+    for _ in range(12):
+        field, *_ = np.linalg.lstsq(basis[keep], values[keep], rcond=None)
+        off = values - basis @ field
+        sd = max(1.4826 * float(np.median(np.abs(off[keep]))), 0.5)
+        again = (off > -2.5 * sd) & (off < 4 * sd)
+        if (again == keep).all() or again.sum() < 4 * basis.shape[1]:
+            break
+        keep = again
+    rows, columns = np.arange(h) / h, np.arange(w) / w
+    grid = _polynomial(columns[None, :], rows[:, None])
+    return np.asarray(np.clip(grid @ field, 0, 255), np.float32)
+
+
+def empty_rig(picture: Picture, geometry: Geometry) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return what the picture would show without a worm, and where the worm can be.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+        Dark worm on bright ground.
+    geometry : Geometry
+        The rig; without chambers all of the picture is ground.
+
+    Returns
+    -------
+    ground : ndarray of float32, shape (h, w)
+        The smooth light in the chambers, the wall's mean profile about each circle, the passage's
+        mean profile along each exit, and elsewhere the picture itself.
+    arena : ndarray of bool, shape (h, w)
+        Chambers up to just beyond the wall, and passages.
+    """
+    if not geometry.chambers:
+        arena = np.ones(picture.shape, bool)
+        return fit_light(picture, arena), arena
+    v, u = np.mgrid[0 : picture.shape[0], 0 : picture.shape[1]].astype(np.float32)
+    arena = np.zeros(picture.shape, bool)
+    water = np.zeros(picture.shape, bool)
+    for chamber in geometry.chambers:
+        water |= np.hypot(u - chamber.centre_u_px, v - chamber.centre_v_px) < (
+            chamber.radius_px - WALL_REACH_PX / 2
+        )
+    light = fit_light(picture, water)
+    ground = picture.astype(np.float32)
+    ground[water] = light[water]
+    relative = picture / np.maximum(light, 1.0)
+    for chamber in geometry.chambers:
+        out = np.hypot(u - chamber.centre_u_px, v - chamber.centre_v_px) - chamber.radius_px
+        passage = _fill_passage(ground, relative, light, chamber, u, v, out)
+        band = (np.abs(out) < WALL_REACH_PX) & ~passage
+        _fill_profile(ground, relative, light, out, band)
+        arena |= (out < 3) | passage
+    return ground, arena
+
+
+def _fill_profile(
+    ground: Floats, relative: Floats, light: Floats, across: Floats, where: NDArray[np.bool_]
+) -> None:
+    """Replace `ground` by light times the median brightness at each distance `across`."""
+    step = 0.25
+    bins = np.floor(across[where] / step).astype(np.int64)
+    first = bins.min(initial=0)
+    index = np.arange(first, bins.max(initial=0) + 1)
+    # The upper quartile: where a worm lies along the wall the pixels are darker than without it.
+    profile = ndimage.labeled_comprehension(
+        relative[where], bins, index, lambda x: np.quantile(x, 0.6), np.float64, np.nan
+    )
+    known = np.isfinite(profile)
+    middle = (index[known] + 0.5) * step
+    ground[where] = light[where] * np.interp(across[where], middle, profile[known])
+
+
+def _fill_passage(
+    ground: Floats,
+    relative: Floats,
+    light: Floats,
+    chamber: Chamber,
+    u: Floats,
+    v: Floats,
+    out: Floats,
+) -> NDArray[np.bool_]:
+    """Fill the passage by its mean cross profile; return where it is."""
+    if not np.isfinite(chamber.exit_width_m):
+        return np.zeros(u.shape, bool)
+    x, y = chamber.to_metres(u.astype(np.float64), v.astype(np.float64))
+    half = chamber.exit_width_m / 2 * chamber.px_per_m
+    y_px = (y * chamber.px_per_m).astype(np.float32)
+    passage = (np.abs(y_px) < half + 3) & (x > 0) & (out > -half)
+    beyond = passage & (out > 0)
+    if beyond.any():
+        _fill_profile(ground, relative, light, y_px, beyond)
+    return np.asarray(passage)
+
+
+def _polynomial(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the monomials up to third order, last axis."""
+    x, y = np.broadcast_arrays(2 * x - 1, 2 * y - 1)
+    terms = [x**i * y**j for i in range(4) for j in range(4 - i)]
+    return np.stack(terms, axis=-1)

@@ -1,0 +1,154 @@
+"""From an outline to a first midline: the two ends, the two sides, and what lies between them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+Floats = NDArray[np.float64]
+
+POINTS = 65
+"""Points of a midline."""
+CANDIDATES = 6
+MIN_END_TURN = 1.2
+"""Least turn of the outline, in radians, over twice the body's width at an end."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rough:
+    """A midline to within a pixel or two.
+
+    Attributes
+    ----------
+    points : ndarray, shape (POINTS, 2)
+        (u, v); which end comes first means nothing.
+    width : float
+        Mean distance of the sides.
+    end_turn : float
+        Turn of the outline at the blunter end, radians: near π for a free end.
+    side_ratio : float
+        Length of the longer side over the shorter one.
+    """
+
+    points: Floats
+    width: float
+    end_turn: float
+    side_ratio: float
+
+
+def arc_length(curve: Floats) -> Floats:
+    """Return the arc length along a polyline (n, 2), from zero."""
+    d = np.diff(curve, axis=0)
+    return np.concatenate([[0.0], np.cumsum(np.hypot(d[:, 0], d[:, 1]))])
+
+
+def resample(curve: Floats, count: int) -> Floats:
+    """Return `count` points at equal steps along a polyline."""
+    s = arc_length(curve)
+    grid = np.linspace(0.0, s[-1], count)
+    return np.stack([np.interp(grid, s, curve[:, k]) for k in (0, 1)], axis=1)
+
+
+def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None) -> Rough | None:
+    """Find the midline of a body that does not touch itself.
+
+    Parameters
+    ----------
+    contour : ndarray, shape (n, 2)
+        The outline's pixels in order.
+    width : float
+        The body's expected width, pixels.
+    last : ndarray, shape (POINTS, 2), or None
+        The last midline: of several candidates for the ends those near its ends are preferred.
+
+    Returns
+    -------
+    Rough or None
+        None where the outline has no two ends.
+
+    Notes
+    -----
+    Over a stretch of two widths an end turns the outline by about π, a bend of the body by far
+    less. The pair of turns is taken that makes both sides equally long, near the last ends.
+    """
+    loop = _smooth_loop(contour, width)
+    n = len(loop)
+    step = max(2, round(width * n / max(_loop_length(loop), 1.0)))
+    if n < 4 * step:
+        return None
+    turn = _turn(loop, step)
+    ends = _peaks(turn, step)
+    best = _best_pair(loop, turn, ends, width, last)
+    if best is None:
+        return None
+    i, j = best
+    one = loop[i : j + 1]
+    other = np.concatenate([loop[j:], loop[: i + 1]])[::-1]
+    a, b = resample(one, POINTS), resample(other, POINTS)
+    gaps = np.hypot(*(a - b).T)[POINTS // 8 : -POINTS // 8]
+    lengths = sorted([arc_length(one)[-1], arc_length(other)[-1]])
+    return Rough(
+        points=(a + b) / 2,
+        width=float(gaps.mean()) + 1.0,  # the outline runs through the centres of edge pixels
+        end_turn=float(min(turn[i], turn[j])),
+        side_ratio=float(lengths[1] / max(lengths[0], 1.0)),
+    )
+
+
+def _smooth_loop(contour: NDArray[np.int32], width: float) -> Floats:
+    """Return the outline at equal steps of about a pixel, its pixel stairs smoothed away."""
+    closed = np.concatenate([contour, contour[:1]]).astype(np.float64)
+    count = max(16, round(arc_length(closed)[-1] / max(1.0, width / 8)))
+    loop = resample(closed, count + 1)[:-1]
+    sigma = 0.12 * width * count / max(_loop_length(loop), 1.0)
+    return np.asarray(ndimage.gaussian_filter1d(loop, max(sigma, 0.8), axis=0, mode="wrap"))
+
+
+def _loop_length(loop: Floats) -> float:
+    d = np.diff(loop, axis=0, append=loop[:1])
+    return float(np.hypot(d[:, 0], d[:, 1]).sum())
+
+
+def _turn(loop: Floats, step: int) -> Floats:
+    """Return the convex turn of the outline over a stretch of `step` points to either side."""
+    back = loop - np.roll(loop, step, axis=0)
+    ahead = np.roll(loop, -step, axis=0) - loop
+    cross = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
+    dot = (back * ahead).sum(1)
+    angle = np.arctan2(cross, dot)
+    x, y = loop[:, 0], loop[:, 1]
+    area = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
+    # Past a half turn (a thin tail) the angle wraps: a sharp end is convex, never concave.
+    signed = angle * np.sign(area)
+    return np.where(signed < -2.6, signed + 2 * np.pi, signed)
+
+
+def _peaks(turn: Floats, step: int) -> NDArray[np.int64]:
+    """Return the sharpest convex turns, at least a width apart."""
+    top = ndimage.maximum_filter1d(turn, 2 * step + 1, mode="wrap")
+    peaks = np.flatnonzero((turn == top) & (turn > 0.6))
+    return peaks[np.argsort(-turn[peaks], kind="stable")][:CANDIDATES]
+
+
+def _best_pair(
+    loop: Floats, turn: Floats, ends: NDArray[np.int64], width: float, last: Floats | None
+) -> tuple[int, int] | None:
+    """Return the pair of candidates that make the most likely worm, in the outline's order."""
+    best, most = None, -float("inf")
+    n = len(loop)
+    for k, a in enumerate(ends):
+        for b in ends[k + 1 :]:
+            i, j = sorted((int(a), int(b)))
+            sides = j - i, n - (j - i)
+            score = min(turn[i], 2.6) + min(turn[j], 2.6) - 4 * abs(np.log(sides[0] / sides[1]))
+            if last is not None:
+                tips = loop[[i, j]]
+                off = min(
+                    np.hypot(*(tips - last[[0, -1]]).T).sum(),
+                    np.hypot(*(tips - last[[-1, 0]]).T).sum(),
+                )
+                score -= 0.15 * min(off / width, 12.0)
+            if score > most:
+                best, most = (i, j), score
+    return best

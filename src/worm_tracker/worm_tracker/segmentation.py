@@ -1,0 +1,149 @@
+"""From the signal (background minus picture) to the one connected object that is the worm."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Picture = NDArray[np.uint8]
+Floats = NDArray[np.float64]
+Window = tuple[slice, slice]
+
+MIN_AREA_PX = 30.0
+MIN_HOLE_PX = 4.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Blob:
+    """One connected object.
+
+    Attributes
+    ----------
+    contour : ndarray of int32, shape (n, 2)
+        Outer pixels (u, v) in the whole picture's coordinates, in order.
+    area : float
+        Pixels, holes taken off.
+    hole_area : float
+        Pixels of the holes.
+    u, v : float
+        Centroid of the area.
+    """
+
+    contour: NDArray[np.int32]
+    area: float
+    hole_area: float
+    u: float
+    v: float
+
+    def touches(self, window: Window, margin: int = 1) -> bool:
+        """Tell whether the object reaches the edge of a window."""
+        low, high = self.contour.min(0), self.contour.max(0)
+        return bool(
+            low[0] < window[1].start + margin
+            or low[1] < window[0].start + margin
+            or high[0] >= window[1].stop - margin
+            or high[1] >= window[0].stop - margin
+        )
+
+
+def whole(shape: tuple[int, ...]) -> Window:
+    """Return the window that holds all of a picture."""
+    return slice(0, shape[0]), slice(0, shape[1])
+
+
+def window_around(low: Floats, high: Floats, margin: float, shape: tuple[int, ...]) -> Window:
+    """Return the window of a box (u, v), widened by a margin and cut to the picture."""
+    u0, v0 = (int(max(0, np.floor(x - margin))) for x in low)
+    u1 = int(min(shape[1], np.ceil(high[0] + margin) + 1))
+    v1 = int(min(shape[0], np.ceil(high[1] + margin) + 1))
+    return slice(v0, max(v1, v0 + 1)), slice(u0, max(u1, u0 + 1))
+
+
+def find_blobs(signal: Picture, threshold: float, window: Window) -> list[Blob]:
+    """Find the connected objects above a threshold, the largest first.
+
+    Parameters
+    ----------
+    signal : ndarray of uint8
+        The signal in the window, smoothed.
+    threshold : float
+        Grey levels.
+    window : Window
+        Where in the picture the signal lies.
+    """
+    _, mask = cv2.threshold(signal, threshold, 255, cv2.THRESH_BINARY)
+    contours, tree = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    blobs = []
+    for k, contour in enumerate(contours):
+        if tree[0][k][3] >= 0 or len(contour) < 8:
+            continue
+        moments = cv2.moments(contour)
+        # The polygon runs through pixel centres: half a pixel all round is missing from its area.
+        area = moments["m00"] + len(contour) / 2 + 1
+        if area < MIN_AREA_PX or moments["m00"] <= 0:
+            continue
+        holes = _hole_area(contours, tree[0], k)
+        u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
+        offset = np.array([window[1].start, window[0].start], np.int32)
+        shifted = np.asarray(contour[:, 0, :] + offset, np.int32)
+        blobs.append(Blob(shifted, area - holes, holes, float(u + offset[0]), float(v + offset[1])))
+    return sorted(blobs, key=lambda blob: -blob.area)
+
+
+def draw_blob(blob: Blob, window: Window, widen: int = 0) -> Picture:
+    """Return a mask of the object in a window, its holes filled, widened by some pixels."""
+    mask = np.zeros((window[0].stop - window[0].start, window[1].stop - window[1].start), np.uint8)
+    offset = (-window[1].start, -window[0].start)
+    cv2.drawContours(mask, [blob.contour[:, None, :]], -1, 255, cv2.FILLED, offset=offset)
+    if widen:
+        cv2.drawContours(mask, [blob.contour[:, None, :]], -1, 255, 2 * widen + 1, offset=offset)
+    return mask
+
+
+def pick(blobs: list[Blob], area: float, u: float, v: float, reach: float) -> Blob | None:
+    """Return the object that continues the worm seen last; None where nothing is there.
+
+    Parameters
+    ----------
+    blobs : list of Blob
+    area : float
+        Area of the worm so far; 0 where it is not known yet.
+    u, v, reach : float
+        Where it was, and how far it can have got: a penalty grows with the distance.
+    """
+    best, least = None, float("inf")
+    for blob in blobs:
+        distance = 0.0 if reach <= 0 else float(np.hypot(blob.u - u, blob.v - v)) / reach
+        size = abs(np.log(max(blob.area, 1.0) / area)) if area > 0 else -np.log(blob.area)
+        if size + distance < least:
+            best, least = blob, size + distance
+    return best
+
+
+def noise_of(signal: NDArray[np.int16]) -> float:
+    """Return the robust standard deviation of a signal that is mostly noise about zero."""
+    sparse = signal.ravel()[:: max(1, signal.size // 20000)].astype(np.float64)
+    return max(1.4826 * float(np.median(np.abs(sparse - np.median(sparse)))), 0.5)
+
+
+def first_threshold(signal: Picture, noise: float) -> float:
+    """Return the signal's level between noise and worm, by Otsu's method above the noise."""
+    above = signal[signal > max(4 * noise, 4.0)]
+    if len(above) < MIN_AREA_PX:
+        return float("inf")
+    otsu, _ = cv2.threshold(above.reshape(1, -1), 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    body = float(np.median(above[above > otsu])) if (above > otsu).any() else float(otsu)
+    return max(0.4 * body, 4 * noise, 4.0)
+
+
+def _hole_area(contours: object, tree: NDArray[np.int32], k: int) -> float:
+    """Return the area of the holes in one outer contour."""
+    total, child = 0.0, int(tree[k][2])
+    while child >= 0:
+        hole = contours[child]  # type: ignore[index]
+        # A hole's contour runs through the pixels around it.
+        area = cv2.contourArea(hole) - len(hole) / 2 + 1
+        total += area if area >= MIN_HOLE_PX else 0.0
+        child = int(tree[child][0])
+    return total

@@ -1,0 +1,230 @@
+"""The tracker: pictures in, one `TrackedFrame` per picture out, in order."""
+
+from collections import Counter, deque
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_msgs_py.body import TrackedFrame
+from worm_msgs_py.chamber import Geometry
+from worm_msgs_py.status import Status
+from worm_tracker.calibration import calibrate
+from worm_tracker.errors import NoChamberFound
+from worm_tracker.following import Follower, Observation
+from worm_tracker.identity import HeadTail, certainty, chained
+from worm_tracker.parameters import Polarity, TrackerParameters
+from worm_tracker.states import tracked_frame
+
+Picture = NDArray[np.uint8]
+CHECK_STRIDE = 16
+"""A picture is judged good or bad by every so many-th pixel of every so many-th row."""
+
+
+@dataclass(eq=False, slots=True)
+class _Held:
+    """A frame that waits: its observation in the chain's order, and its link to the one before."""
+
+    frame: int
+    stamp_ns: int
+    seen: Observation
+    geometry: Geometry | None
+    reliability: float
+
+
+class Tracker:
+    """Tracks one worm.
+
+    Parameters
+    ----------
+    parameters : TrackerParameters
+
+    Attributes
+    ----------
+    geometry : Geometry or None
+        The rig, once it has been found.
+    swaps : int
+        Times that head and tail were exchanged after they had been decided.
+    statuses : Counter
+        Frames given so far, by status.
+
+    Examples
+    --------
+    >>> tracker = Tracker(TrackerParameters(no_chamber=True))
+    >>> for picture, stamp_ns in pictures:  # doctest: +SKIP
+    ...     for tracked in tracker.push(picture, stamp_ns):
+    ...         print(tracked.state.head)
+    """
+
+    def __init__(self, parameters: TrackerParameters) -> None:
+        self._parameters = parameters
+        self.geometry: Geometry | None = None
+        self.statuses: Counter[Status] = Counter()
+        self._follower: Follower | None = None
+        self._identity = HeadTail()
+        self._held: deque[_Held] = deque()
+        self._frames = 0
+        self._failures = 0
+        self._shape: tuple[int, ...] | None = None
+
+    @property
+    def swaps(self) -> int:
+        """Times that head and tail were exchanged after they had been decided."""
+        return self._identity.swaps
+
+    @property
+    def held(self) -> int:
+        """Frames taken that have not been given yet."""
+        return len(self._held)
+
+    def push(self, picture: Picture, stamp_ns: int) -> list[TrackedFrame]:
+        """Take the next picture.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (h, w)
+            Grey levels.
+        stamp_ns : int
+            Time of capture.
+
+        Returns
+        -------
+        list of TrackedFrame
+            Frames that are ready, in order; none while which end is the head is being decided.
+
+        Raises
+        ------
+        NoChamberFound
+            Where the first pictures show no chamber (and `no_chamber` was not set).
+        """
+        frame, self._frames = self._frames, self._frames + 1
+        seen = self._observe(picture, stamp_ns)
+        reliability = 1.0
+        if len(seen.points):
+            linked = self._identity.push(seen.points, seen.width)
+            reliability = linked.reliability
+            if linked.flipped:
+                seen = _turned(seen)
+        else:
+            self._identity.miss()
+        self._held.append(_Held(frame, stamp_ns, seen, self.geometry, reliability))
+        return self._release()
+
+    def finish(self) -> list[TrackedFrame]:
+        """Return the frames that are still held back; the film is over.
+
+        Raises
+        ------
+        NoChamberFound
+            Where pictures came, but none with a chamber.
+        """
+        if self._follower is None and self._failures:
+            self._give_up()
+        return self._give(len(self._held))
+
+    def _observe(self, picture: Picture, stamp_ns: int) -> Observation:
+        """Return what the picture says, calibrating first."""
+        bad = not _well_formed(picture) or (
+            self._shape is not None and picture.shape != self._shape
+        )
+        if bad:
+            return Observation(Status.BAD_IMAGE)
+        if self._parameters.polarity is Polarity.BRIGHT:
+            picture = cv2.bitwise_not(picture)
+        if self._follower is None:
+            return self._begin(picture, stamp_ns)
+        if not _informative(picture):
+            return Observation(Status.BAD_IMAGE)
+        return self._follower.push(picture)
+
+    def _begin(self, picture: Picture, stamp_ns: int) -> Observation:
+        """Calibrate on one of the first pictures and start to follow the worm."""
+        if self._parameters.no_chamber and not _informative(picture):
+            return Observation(Status.BAD_IMAGE)
+        try:
+            self.geometry = calibrate(picture, self._parameters, stamp_ns)
+        except NoChamberFound as error:
+            self._failures += 1
+            self._why = error
+            if self._failures >= self._parameters.calibration_frames:
+                self._give_up()
+            return Observation(
+                Status.NO_CHAMBER if _informative(picture) else Status.BAD_IMAGE
+            )
+        self._shape = picture.shape
+        self._follower = Follower(picture, self.geometry)
+        return self._follower.push(picture)
+
+    def _give_up(self) -> None:
+        raise NoChamberFound(str(self._why))
+
+    def _release(self) -> list[TrackedFrame]:
+        """Return the frames that need not wait any longer."""
+        if self._identity.certain:
+            return self._give(len(self._held))
+        free = 0
+        for held in self._held:
+            if len(held.seen.points):
+                break
+            free += 1
+        return self._give(max(free, len(self._held) - self._parameters.hold_back_frames))
+
+    def _give(self, count: int) -> list[TrackedFrame]:
+        """Return the oldest frames with the head as it is known by now."""
+        if count <= 0:
+            return []
+        odds = self._identity.log_odds
+        sure = certainty(odds)
+        certainties = []
+        for held in reversed(self._held):
+            certainties.append(sure)
+            sure = chained(sure, held.reliability)
+        certainties.reverse()
+        given = []
+        for k in range(count):
+            held = self._held.popleft()
+            given.append(
+                tracked_frame(
+                    held.frame,
+                    held.stamp_ns,
+                    held.seen,
+                    odds >= 0,
+                    certainties[k],
+                    held.geometry,
+                    self._parameters.px_per_mm,
+                )
+            )
+            self.statuses[held.seen.status] += 1
+        return given
+
+
+def _turned(seen: Observation) -> Observation:
+    """Return an observation with its midline the other way round."""
+    return Observation(
+        seen.status,
+        seen.u,
+        seen.v,
+        seen.points[::-1],
+        seen.widths[::-1],
+        seen.confidence,
+        seen.width,
+    )
+
+
+def _well_formed(picture: Picture) -> bool:
+    """Tell whether this is a grey picture large enough to hold a worm."""
+    return (
+        isinstance(picture, np.ndarray)
+        and picture.ndim == 2
+        and picture.dtype == np.uint8
+        and min(picture.shape) >= 16
+    )
+
+
+def _informative(picture: Picture) -> bool:
+    """Tell whether a picture is neither black, nor saturated, nor of one grey level."""
+    stride = max(1, min(CHECK_STRIDE, min(picture.shape) // 16))
+    sparse = picture[::stride, ::stride]
+    low, high = int(sparse.min()), int(sparse.max())
+    return high > low and high > 3 and low < 252
