@@ -1,0 +1,61 @@
+"""The workspace builds as ROS packages, for people with a full installation."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = {"worm_analysis", "worm_bringup", "worm_model", "worm_msgs_py", "worm_tracker"}
+
+
+def colcon(*args, **kwargs):
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    return subprocess.run(
+        [sys.executable, "-m", "colcon", *args],
+        cwd=ROOT / "ros2_ws",
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+        **kwargs,
+    )
+
+
+def test_colcon_finds_ament_python_packages():
+    listed = [line.split("\t") for line in colcon("list").stdout.splitlines()]
+    assert {name for name, _, _ in listed} == PACKAGES
+    assert {kind for _, _, kind in listed} == {"(ros.ament_python)"}
+
+
+def test_colcon_builds_and_installs_nodes_and_launch_files(tmp_path):
+    done = colcon(
+        "--log-base", str(tmp_path / "log"), "build",
+        "--build-base", str(tmp_path / "build"), "--install-base", str(tmp_path / "install"),
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    for package, node in [
+        ("worm_tracker", "tracker"),
+        ("worm_tracker", "replay"),
+        ("worm_tracker", "camera"),
+        ("worm_analysis", "analysis"),
+        ("worm_model", "model"),
+        ("worm_bringup", "recorder"),
+    ]:
+        assert (tmp_path / "install" / package / "lib" / package / node).exists()
+    share = tmp_path / "install" / "worm_bringup" / "share" / "worm_bringup"
+    assert sorted(item.name for item in (share / "launch").iterdir()) == [
+        "live.launch.py",
+        "replay.launch.py",
+    ]
+
+
+@pytest.mark.parametrize("name", ["replay", "live"])
+def test_launch_files_describe_the_graph(name):
+    pytest.importorskip("launch_ros", reason="no wheel of it is published")
+    path = ROOT / "src" / "worm_bringup" / "launch" / f"{name}.launch.py"
+    scope = {}
+    exec(compile(path.read_text(), path, "exec"), scope)
+    assert scope["generate_launch_description"]().entities
