@@ -1,0 +1,231 @@
+"""Builds the example bags: `make bags`, or `python bags/build.py --out FOLDER`.
+
+Without options everything comes from what the repository holds, and gives the same bytes again.
+README.md beside this file says what the bags are and why they were made so.
+"""
+
+import argparse
+import gzip
+import shutil
+import zipfile
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from rich.progress import track
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+
+from worm_model.film import FilmFrame, stamp_of, write_film, write_jpeg_bag
+from worm_model.rig import Body, Optics, Rig, draw, truth_of
+
+HERE = Path(__file__).parent
+
+WORMTRACER_FPS = 66.0
+
+LARVA_FPS = 16.0
+LARVA_FIRST_STEP, LARVA_FRAMES = 1080, 800
+LARVA_WIDTH_MM = 0.45
+LARVA_SHORTEST = 0.72  # of the median length; a spine below it is not one
+LARVA_JPEG_QUALITY = 70
+LARVA_RIG = Rig(
+    centre_px=(507.37, 515.62),
+    exit_width_mm=2.0,
+    optics=Optics(light=190.0, gradient=(0.10, -0.07), blur_px=0.9, noise=1.5, seed=20230300647),
+)
+
+
+def main() -> None:
+    """Build both bags into a folder, replacing what is there."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=HERE, help="folder for the bags")
+    parser.add_argument(
+        "--wormtracer",
+        type=Path,
+        metavar="FOLDER",
+        help="folder with the original WT_grayscale.avi and WT_binary_image_sequence.zip",
+    )
+    parser.add_argument(
+        "--larva", type=Path, metavar="FOLDER", help="folder with the original track 7.csv.gz"
+    )
+    options = parser.parse_args()
+    if options.wormtracer:
+        keep_masks(
+            options.wormtracer / "WT_binary_image_sequence.zip", HERE / "wormtracer_masks.zip"
+        )
+    if options.larva:
+        cut_larva_track(options.larva / "7.csv.gz", HERE / "source" / "larva_track.csv.gz")
+    video = options.wormtracer / "WT_grayscale.avi" if options.wormtracer else None
+    new = options.out / ".new"
+    shutil.rmtree(new, ignore_errors=True)
+    new.mkdir(parents=True)
+    build_wormtracer(new / "wormtracer", video)
+    build_larva(new / "larva")
+    for made in sorted(new.iterdir()):  # the old bags are kept until the new ones are whole
+        old = options.out / made.name
+        if old.is_dir():
+            shutil.rmtree(old)
+        made.replace(old)
+    new.rmdir()
+
+
+# The wormtracer bag: a real video, its JPEG frames byte for byte.
+
+
+def build_wormtracer(bag: Path, video: Path | None = None, frames: int | None = None) -> None:
+    """Write the bag from the original video, or from the bag of the repository."""
+    pictures = jpegs_of_avi(video) if video else jpegs_of_bag(HERE / "wormtracer")
+    pictures = pictures[:frames]
+    stamped = ((stamp_of(k, WORMTRACER_FPS), data) for k, data in enumerate(pictures))
+    write_jpeg_bag(bag, track(stamped, f"writing {bag.name}", total=len(pictures)))
+
+
+def jpegs_of_avi(video: Path) -> list[bytes]:
+    """Return the JPEG files in a Motion-JPEG AVI, found by its index."""
+    data = video.read_bytes()
+    start, index = data.find(b"movi"), data.rfind(b"idx1")
+    if data[:4] != b"RIFF" or start < 0 or index < 0:
+        raise ValueError(
+            f"{video}: not an AVI file with an index; give the original WT_grayscale.avi"
+        )
+    length = int.from_bytes(data[index + 4 : index + 8], "little")
+    entries = np.frombuffer(data, dtype="<u4", offset=index + 8, count=length // 4).reshape(-1, 4)
+    # Offsets count from the file's start in some files and from the word movi in others.
+    origin = 0 if data[int(entries[0, 2]) :][:4] == b"00dc" else start
+    chunks = ((origin + int(offset) + 8, int(size)) for _, _, offset, size in entries)
+    return [data[first : first + size] for first, size in chunks]
+
+
+def jpegs_of_bag(bag: Path) -> list[bytes]:
+    """Return the JPEG files in a bag of CompressedImage messages."""
+    types = get_typestore(Stores.ROS2_JAZZY)
+    with Reader(bag) as reader:
+        return [
+            types.deserialize_cdr(raw, connection.msgtype).data.tobytes()
+            for connection, _, raw in reader.messages()
+        ]
+
+
+def keep_masks(source: Path, target: Path) -> None:
+    """Keep the hand-cleaned masks alone, byte for byte, in one small archive."""
+    with zipfile.ZipFile(source) as old, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as new:
+        names = sorted(
+            n for n in old.namelist() if n.startswith("WT_binary/") and n.endswith("png")
+        )
+        for name in names:
+            entry = zipfile.ZipInfo(Path(name).name)  # a fixed date: the same bytes each time
+            new.writestr(entry, old.read(name), zipfile.ZIP_DEFLATED)
+
+
+# The larva bag: real motion, drawn by the rig.
+
+
+def build_larva(bag: Path, frames: int = LARVA_FRAMES) -> None:
+    """Draw the larva's track as a worm in the chamber, with its truth beside it."""
+    write_film(bag, larva_film(frames), jpeg_quality=LARVA_JPEG_QUALITY)
+
+
+def larva_film(frames: int) -> Iterator[FilmFrame]:
+    """Yield the first frames of the film; the chamber is chosen from the whole track."""
+    spines = mended(larva_spines(HERE / "source" / "larva_track.csv.gz"))
+    mm, exit_rad = into_chamber(spines)
+    rig = Rig(
+        centre_px=LARVA_RIG.centre_px,
+        exit_rad=exit_rad,
+        exit_width_mm=LARVA_RIG.exit_width_mm,
+        optics=LARVA_RIG.optics,
+    )
+    for frame in track(range(frames), "drawing larva"):
+        body = body_in_picture(mm[frame])
+        stamp_ns = stamp_of(frame, LARVA_FPS)
+        yield FilmFrame(stamp_ns, draw(rig, body, frame), truth_of(rig, body, frame, stamp_ns))
+
+
+def larva_spines(table: Path) -> NDArray[np.float64]:
+    """Return the track's spines, shape (frames, 12, 2), mm in the dish, **head first**."""
+    with gzip.open(table, "rt") as text:
+        rows = np.genfromtxt(text, delimiter=",")
+    return np.asarray(rows[:, 1:25].reshape(-1, 12, 2)[:, ::-1])
+
+
+def mended(spines: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the track with the source's own mistakes put right.
+
+    Where the larva's outline closed on itself, the source's spine is that of a blob, far too short:
+    such frames are bridged in straight lines. The source also takes the tail for the head now and
+    then: the ends are carried on from frame to frame, and the end that leads most of the time is
+    the head, as a larva crawls forwards.
+    """
+    steps = np.arange(len(spines))
+    length = np.hypot(*np.moveaxis(np.diff(spines, axis=1), 2, 0)).sum(axis=1)
+    good = length > LARVA_SHORTEST * np.median(length)
+    whole = spines[good].copy()
+    for before, spine in pairwise(whole):
+        if np.hypot(*(spine - before).T).sum() > np.hypot(*(spine[::-1] - before).T).sum():
+            spine[:] = spine[::-1].copy()
+    mended = np.empty_like(spines)
+    for point, axis in np.ndindex(12, 2):
+        mended[:, point, axis] = np.interp(steps, steps[good], whole[:, point, axis])
+    advance = np.diff(mended.mean(axis=1), axis=0)
+    forwards = ((mended[:-1, 0] - mended[:-1, -1]) * advance).sum()
+    return mended if forwards > 0.0 else mended[:, ::-1]
+
+
+def into_chamber(spines: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Scale and shift the track, as a whole, so that the body just fits into the chamber.
+
+    Returns
+    -------
+    spines_mm : ndarray, shape (frames, 12, 2)
+        mm from the chamber's centre, x to the picture's right, y up.
+    exit_rad : float
+        The direction that the body keeps away from most: the exit is put there.
+    """
+    scale, centre = 1.0, np.zeros(2)
+    for _ in range(6):
+        # The width is given in the chamber, so the fit is repeated with the outline that it makes.
+        inside = scale * (spines - centre)
+        outline = np.concatenate([_outline_mm(spine) for spine in inside])
+        (x, y), radius = cv2.minEnclosingCircle(outline.astype(np.float32))
+        centre = centre + np.array([x, y]) / scale
+        scale *= LARVA_RIG.radius_mm / radius
+    outline -= [x, y]
+    scale *= radius / np.hypot(*outline.T).max() * (1.0 - 1e-4)  # float32 above
+    mm = scale * (spines - centre)
+    outline = outline[np.hypot(*outline.T) > 0.5 * LARVA_RIG.radius_mm]
+    directions = np.radians(np.arange(-180.0, 180.0, 3.0))
+    mouths = LARVA_RIG.radius_mm * np.c_[np.cos(directions), np.sin(directions)]
+    away = [np.hypot(*(outline - mouth).T).min() for mouth in mouths]
+    return mm, float(directions[int(np.argmax(away))])
+
+
+def _outline_mm(spine_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    centres, radius = Body.along(
+        spine_mm * LARVA_RIG.px_per_mm, LARVA_WIDTH_MM * LARVA_RIG.px_per_mm
+    ).discs(step_px=4.0)
+    turn = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    circle = np.c_[np.cos(turn), np.sin(turn)] / np.cos(np.pi / 24)
+    points = centres[:, np.newaxis] + radius[:, np.newaxis, np.newaxis] * circle
+    return np.asarray(points.reshape(-1, 2) / LARVA_RIG.px_per_mm)
+
+
+def body_in_picture(spine_mm: NDArray[np.float64]) -> Body:
+    """Return the worm on this spine, in picture coordinates."""
+    u = LARVA_RIG.centre_px[0] + LARVA_RIG.px_per_mm * spine_mm[:, 0]
+    v = LARVA_RIG.centre_px[1] - LARVA_RIG.px_per_mm * spine_mm[:, 1]
+    return Body.along(np.c_[u, v], LARVA_WIDTH_MM * LARVA_RIG.px_per_mm)
+
+
+def cut_larva_track(source: Path, target: Path) -> None:
+    """Keep the part of the original track that the bag is drawn from, its lines unchanged."""
+    lines = gzip.decompress(source.read_bytes()).splitlines(keepends=True)
+    kept = lines[LARVA_FIRST_STEP - 1 : LARVA_FIRST_STEP - 1 + LARVA_FRAMES]
+    target.parent.mkdir(exist_ok=True)
+    target.write_bytes(gzip.compress(b"".join(kept), mtime=0))
+
+
+if __name__ == "__main__":
+    main()
