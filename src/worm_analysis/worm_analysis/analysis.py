@@ -1,0 +1,203 @@
+"""The whole analysis of a trial: one pass over the tracker's states, in bounded memory."""
+
+from dataclasses import replace
+from math import nan
+
+from worm_analysis.angular_motion import UnwrappedAngle
+from worm_analysis.body_sums import BodySums
+from worm_analysis.observables import body_angle, head_angle, polar_angle, radial_distance
+from worm_analysis.parameters import AnalysisParameters
+from worm_analysis.quantities import Evidence, quantities
+from worm_analysis.running_median import RunningMedian
+from worm_analysis.wall_search import WallSearch
+from worm_analysis.whereabouts import Whereabouts
+from worm_msgs_py import (
+    BodyState,
+    Chamber,
+    Correlation,
+    Distribution,
+    Event,
+    Geometry,
+    Observables,
+    Quantity,
+)
+
+WIDTH_BIN_M = 2e-6
+WIDTH_BINS = 1000
+NOMINAL_RADIUS_M = 0.01
+
+
+class Analysis:
+    """Observables, events and estimates of one trial.
+
+    Everything depends on the states, their order and their stamps alone. A state without a head,
+    or with a stamp that does not advance, gives its positions as far as they go and adds to no
+    estimate.
+
+    Parameters
+    ----------
+    parameters : AnalysisParameters
+        Settings; the defaults are the paper's.
+    """
+
+    def __init__(self, parameters: AnalysisParameters | None = None):
+        self._parameters = parameters or AnalysisParameters()
+        self._geometries: dict[int, Geometry] = {}
+        self._geometry: Geometry | None = None
+        self._widths = RunningMedian(WIDTH_BIN_M, WIDTH_BINS)
+        self._body = BodySums()
+        self._unwrapped = UnwrappedAngle()
+        self._unwrapped_in = ("", 0)
+        self._search = WallSearch(self._parameters, NOMINAL_RADIUS_M)
+        self._whereabouts = Whereabouts(self._parameters)
+        self._last_ns: int | None = None
+
+    def set_geometry(self, geometry: Geometry) -> None:
+        """Take a calibration, before the first state that rests on it."""
+        self._geometries[geometry.version] = geometry
+
+    def knows(self, geometry: int) -> bool:
+        """Whether this version was given; 0 stands for none and is always known."""
+        return geometry == 0 or geometry in self._geometries
+
+    def push(self, state: BodyState) -> tuple[Observables, list[Event]]:
+        """Take the next frame.
+
+        Parameters
+        ----------
+        state : BodyState
+            As the tracker gives it, in order.
+
+        Returns
+        -------
+        observables : Observables
+            Of this frame, NaN where they cannot be had.
+        events : list of Event
+            What closed with this frame.
+
+        Raises
+        ------
+        ValueError
+            Where the geometry that the state rests on was not given.
+        """
+        if not self.knows(state.geometry):
+            raise ValueError(
+                f"frame {state.frame} rests on geometry {state.geometry}, which has not come: "
+                "call set_geometry first"
+            )
+        self._widths.push(state.width_m)
+        advances = self._last_ns is None or state.stamp_ns > self._last_ns
+        if advances:
+            self._last_ns = state.stamp_ns
+            self._body.push(state.stamp_ns, state.length_m, state.width_m)
+        geometry = self._geometries.get(state.geometry)
+        chamber = _chamber_of(state, geometry)
+        if geometry is None or chamber is None:
+            return Observables(state.frame, state.stamp_ns, state.where), []
+        if geometry is not self._geometry:
+            self._adopt(geometry)
+        if state.head.x_m != state.head.x_m or not advances:
+            return self._positions(state, nan), []
+        return self._follow(state, geometry, chamber)
+
+    def finish(self) -> list[Event]:
+        """End the trial; return what was still open, cut short."""
+        return [*self._search.break_off(), *self._whereabouts.finish()]
+
+    def correlation(self) -> Correlation:
+        """Return C_θ(t) so far."""
+        return self._search.correlation.result(self._parameters.minimum_n)
+
+    def distributions(self) -> list[Distribution]:
+        """Return P(r), P(ψ), and those of d_c, d_nc, Δr_h and x_p so far."""
+        return [
+            *self._search.frames.distributions(),
+            *self._search.episodes.distributions(),
+            *self._whereabouts.sums.distributions(),
+        ]
+
+    def summary(self) -> list[Quantity]:
+        """Return every number of the trial so far, each with its interval and n."""
+        evidence = Evidence(
+            parameters=self._parameters,
+            search=self._search,
+            passages=self._whereabouts.sums,
+            skips=self._whereabouts.skips,
+            body=self._body,
+        )
+        if self._geometry is not None:
+            chamber = self._geometry.chambers[0]
+            evidence = replace(
+                evidence,
+                has_chamber=True,
+                exit_width_m=chamber.exit_width_m,
+                depth_m=self._geometry.depth_m,
+                px_per_m=chamber.px_per_m,
+            )
+        return quantities(evidence)
+
+    def _adopt(self, geometry: Geometry) -> None:
+        """Rest the estimates on a geometry from the first state on that does, not earlier."""
+        if self._geometry is None:
+            self._search = WallSearch(self._parameters, geometry.chambers[0].radius_m)
+        self._geometry = geometry
+
+    def _follow(
+        self, state: BodyState, geometry: Geometry, chamber: Chamber
+    ) -> tuple[Observables, list[Event]]:
+        """Take a frame with a head in the rig."""
+        width_m = self._width_m()
+        visit = self._whereabouts.visit
+        passages = self._whereabouts.push(
+            state, geometry, self._parameters.contact_factor * width_m
+        )
+        events: list[Event] = []
+        if self._whereabouts.visit != visit:
+            events += self._search.break_off()
+        elif self._whereabouts.away:
+            events += self._search.end_contact()
+        observables = self._positions(state, self._unwrap(state))
+        if self._whereabouts.searching:
+            head_m = (state.head.x_m, state.head.y_m)
+            observables, closed = self._search.push(
+                chamber.name, observables, head_m, state.length_m, width_m
+            )
+            events += closed
+            self._whereabouts.observe(
+                state.stamp_ns, observables.theta_h_rad, observables.contact, chamber
+            )
+        return observables, events + passages
+
+    def _unwrap(self, state: BodyState) -> float:
+        here = (state.frame_id, self._whereabouts.visit)
+        if here != self._unwrapped_in:
+            self._unwrapped.reset()
+            self._unwrapped_in = here
+        return self._unwrapped.push(float(polar_angle(state.head.x_m, state.head.y_m)))
+
+    def _positions(self, state: BodyState, theta_rad: float) -> Observables:
+        head, centroid, tail = state.head, state.centroid, state.tail
+        x, y = head.x_m, head.y_m
+        return Observables(
+            frame=state.frame,
+            stamp_ns=state.stamp_ns,
+            where=state.where,
+            r_h_m=float(radial_distance(x, y)),
+            r_c_m=float(radial_distance(centroid.x_m, centroid.y_m)),
+            r_t_m=float(radial_distance(tail.x_m, tail.y_m)),
+            theta_h_rad=theta_rad,
+            psi_b_rad=float(body_angle(x, y, centroid.x_m, centroid.y_m)),
+            psi_h_rad=float(head_angle(x, y, head.yaw_rad)),
+        )
+
+    def _width_m(self) -> float:
+        given = self._parameters.body_width_m
+        return self._widths.value() if given is None else given
+
+
+def _chamber_of(state: BodyState, geometry: Geometry | None) -> Chamber | None:
+    """Return the chamber in whose frame the state's coordinates are; None for the camera's."""
+    for chamber in geometry.chambers if geometry else ():
+        if chamber.name == state.frame_id:
+            return chamber
+    return None

@@ -1,0 +1,113 @@
+"""Sums over blocks of time, from which correlated series get honest errors in fixed memory."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from worm_analysis.angular_motion import NS
+
+Floats = NDArray[np.float64]
+
+MOST_BLOCKS = 128
+FEWEST_BLOCKS = 8
+
+
+class BlockSums:
+    """Sums of a vector over consecutive blocks of time, at most 128 of them.
+
+    When the trial outgrows them, neighbours are added up and blocks become twice as long: a trial
+    of any length has between 64 and 128 blocks.
+
+    Parameters
+    ----------
+    size : int
+        Length of the vector.
+    block_s : float
+        Length of the first blocks.
+    """
+
+    def __init__(self, size: int, block_s: float = 5.0):
+        self._rows: Floats = np.zeros((MOST_BLOCKS, size))
+        self._block_ns = round(block_s * NS)
+        self._start_ns: int | None = None
+        self._current: Floats = self._rows[0]
+        self._current_end_ns = 0
+        self._used = 0
+
+    def row(self, stamp_ns: int) -> Floats:
+        """Return the block of this time, to be added to; times must not go back."""
+        if self._start_ns is None:
+            self._start_ns = stamp_ns
+        elif stamp_ns < self._current_end_ns:
+            return self._current
+        index = (stamp_ns - self._start_ns) // self._block_ns
+        while index >= MOST_BLOCKS:
+            half = MOST_BLOCKS // 2
+            self._rows[:half] = self._rows[0::2] + self._rows[1::2]
+            self._rows[half:] = 0.0
+            self._block_ns *= 2
+            index //= 2
+        self._used = index + 1
+        self._current = self._rows[index]
+        self._current_end_ns = self._start_ns + self._used * self._block_ns
+        return self._current
+
+    def total(self) -> Floats:
+        """Return the sum over all blocks, shape (size,)."""
+        total: Floats = self._rows[: self._used].sum(axis=0)
+        return total
+
+    def levels(self) -> Iterator[Floats]:
+        """Yield the blocks, then pairs of them, and so on, while there are at least eight.
+
+        Yields
+        ------
+        ndarray, shape (blocks, size)
+            Blocks in which nothing was summed are left out.
+        """
+        rows = self._rows[: self._used]
+        while True:
+            filled = rows[np.any(rows != 0.0, axis=1)]
+            if len(filled) < FEWEST_BLOCKS:
+                return
+            yield filled
+            if len(rows) % 2:
+                rows = np.vstack([rows, np.zeros_like(rows[:1])])
+            rows = rows[0::2] + rows[1::2]
+
+
+def jackknife_half_width(
+    blocks: BlockSums, estimate: Callable[[Floats], Floats], level: float = 0.95
+) -> float | None:
+    """Return the half width of the confidence interval of an estimate from sums.
+
+    Each block is left out in turn. Blocks shorter than the correlation time give errors that are
+    too small, so all lengths of blocks down to eight of them are tried and the largest error is
+    taken.
+
+    Parameters
+    ----------
+    blocks : BlockSums
+        The sums.
+    estimate : callable
+        Maps sums of shape (m, size) to m estimates.
+    level : float
+        Confidence.
+
+    Returns
+    -------
+    float or None
+        None where there are fewer than eight blocks, or an estimate without one of them is NaN.
+    """
+    widest: float | None = None
+    for rows in blocks.levels():
+        left_out = estimate(rows.sum(axis=0) - rows)
+        k = len(rows)
+        error = float(np.sqrt((k - 1) / k * np.sum((left_out - left_out.mean()) ** 2)))
+        if not np.isfinite(error):
+            return None
+        half = float(stdtrit(k - 1, (1 + level) / 2)) * error
+        widest = half if widest is None else max(widest, half)
+    return widest

@@ -1,0 +1,60 @@
+"""Where the exit is, in the chamber's frame: its arc on the wall and the passage behind it."""
+
+from dataclasses import dataclass
+from math import asin, hypot, nan, sqrt
+
+from worm_msgs_py import Chamber
+
+
+@dataclass(frozen=True, slots=True)
+class ExitCorridor:
+    """The exit of one chamber; x runs along the passage, y across it.
+
+    Attributes
+    ----------
+    radius_m : float
+        R.
+    half_width_m : float
+        W/2; NaN where the width is not known.
+    """
+
+    radius_m: float
+    half_width_m: float
+
+    @classmethod
+    def of(cls, chamber: Chamber) -> "ExitCorridor":
+        """Return the exit of a chamber."""
+        return cls(chamber.radius_m, chamber.exit_width_m / 2)
+
+    @property
+    def is_known(self) -> bool:
+        """Whether an exit is in view and its width is known."""
+        return self.half_width_m == self.half_width_m
+
+    @property
+    def half_arc_rad(self) -> float:
+        """Half of the angle that the exit takes up on the wall; NaN where W is not known."""
+        if not self.is_known:
+            return nan
+        return asin(min(1.0, self.half_width_m / self.radius_m))
+
+    @property
+    def mouth_x_m(self) -> float:
+        """Where the passage's straight walls meet the circle: x_p counts from here."""
+        if not self.is_known:
+            return self.radius_m
+        return sqrt(max(0.0, self.radius_m**2 - self.half_width_m**2))
+
+    def holds(self, x_m: float, y_m: float) -> bool:
+        """Whether a point is beyond the wall's circle and between the passage's walls."""
+        return x_m > 0 and abs(y_m) <= self.half_width_m and hypot(x_m, y_m) > self.radius_m
+
+    def is_left(self, x_m: float, y_m: float, threshold_m: float) -> bool:
+        """Whether a head that was in the exit is back in the chamber.
+
+        It is when it is further inside the circle than `threshold_m`, or beside the exit at the
+        wall. The threshold keeps a head that rests on the circle from entering again and again.
+        """
+        r = hypot(x_m, y_m)
+        beside = r < self.radius_m + threshold_m and abs(y_m) > self.half_width_m
+        return r < self.radius_m - threshold_m or beside

@@ -1,0 +1,175 @@
+"""Estimates with 95 % intervals from sums: means of exponential laws, fractions, rates, peaks."""
+
+from math import isfinite, log
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import betaincinv, chdtri
+
+Floats = NDArray[np.float64]
+Estimate = tuple[float, float, float]
+"""Value, low, high."""
+
+TAIL = 0.025
+
+
+def exponential_mean(n: int, excess: float) -> Estimate:
+    """Return the mean of an exponential law by maximum likelihood.
+
+    Parameters
+    ----------
+    n : int
+        Number of complete items above the cut-off, 1 or more.
+    excess : float
+        Sum of what all items above the cut-off, censored ones too, exceed it by.
+
+    Returns
+    -------
+    (float, float, float)
+        excess/n and its interval: 2·excess/mean follows χ² with 2n degrees of freedom (exactly
+        without censoring, closely with it).
+    """
+    return excess / n, 2 * excess / _chi2(2 * n, 1 - TAIL), 2 * excess / _chi2(2 * n, TAIL)
+
+
+def unmerged_means(mean_c: float, mean_nc: float, step: float) -> tuple[float, float]:
+    """Undo what sampling in frames does to the means of alternating exponential episodes.
+
+    Between two frames a short episode can begin and end unseen; its neighbours are then taken for
+    one. For a head that advances by `step` a frame, contact and no contact are a two-state Markov
+    chain whose sampled runs are geometric, and the continuous rates follow from the sampled ones.
+
+    Parameters
+    ----------
+    mean_c, mean_nc : float
+        Means of the sampled episodes, after the cut-off.
+    step : float
+        The head's net advance a frame, same unit.
+
+    Returns
+    -------
+    (float, float)
+        Means of the true episodes; the inputs where they are too near to `step` to tell.
+    """
+    leave_c, leave_nc = step / (mean_c + step / 2), step / (mean_nc + step / 2)
+    both = leave_c + leave_nc
+    if not 0 < both < 0.9:
+        return mean_c, mean_nc
+    rate = -log(1 - both) / step
+    return both / (rate * leave_c), both / (rate * leave_nc)
+
+
+def fraction(successes: int, n: int) -> Estimate:
+    """Return a fraction and its Clopper–Pearson interval; n is 1 or more."""
+    low = betaincinv(successes, n - successes + 1, TAIL) if successes > 0 else 0.0
+    high = betaincinv(successes + 1, n - successes, 1 - TAIL) if successes < n else 1.0
+    return successes / n, float(low), float(high)
+
+
+def poisson_rate(count: int, exposure: float) -> Estimate:
+    """Return a rate and its exact interval from a count; exposure is above 0."""
+    low = _chi2(2 * count, TAIL) / 2 if count > 0 else 0.0
+    return count / exposure, low / exposure, _chi2(2 * count + 2, 1 - TAIL) / 2 / exposure
+
+
+def circular_smoothing(n_bins: int, sd_bins: float) -> Floats:
+    """Return the matrix that smooths a histogram on a circle with a Gaussian, shape (n, n)."""
+    offset = np.arange(n_bins)
+    offset = np.minimum(offset, n_bins - offset)
+    kernel = np.exp(-0.5 * (offset / sd_bins) ** 2)
+    index = (np.arange(n_bins)[:, None] - np.arange(n_bins)) % n_bins
+    matrix: Floats = (kernel / kernel.sum())[index]
+    return matrix
+
+
+def line_smoothing(n_bins: int, sd_bins: float) -> Floats:
+    """Return the matrix that smooths a histogram on a line with a Gaussian, shape (n, n)."""
+    offset = np.arange(n_bins)[:, None] - np.arange(n_bins)
+    matrix: Floats = np.exp(-0.5 * (offset / sd_bins) ** 2)
+    return matrix
+
+
+def peak_positions(smoothed: Floats, centres: Floats) -> Floats:
+    """Return where each row has its highest value, between bins by a parabola.
+
+    Parameters
+    ----------
+    smoothed : ndarray, shape (m, n)
+        Smoothed histograms.
+    centres : ndarray, shape (n,)
+        Middle of each bin, evenly spaced.
+
+    Returns
+    -------
+    ndarray, shape (m,)
+        NaN where the highest value is at an end of the range: that is no peak.
+    """
+    top = np.argmax(smoothed, axis=1)
+    rows = np.arange(len(smoothed))
+    inside = (top > 0) & (top < len(centres) - 1)
+    top = np.clip(top, 1, len(centres) - 2)
+    left, middle, right = (smoothed[rows, top + shift] for shift in (-1, 0, 1))
+    bend = left - 2 * middle + right
+    shift = np.divide(left - right, 2 * bend, out=np.zeros(len(rows)), where=bend < 0)
+    return np.where(inside, centres[top] + shift * (centres[1] - centres[0]), np.nan)
+
+
+def decay_over_constant(edges: Floats, counts: NDArray[np.int64]) -> Estimate:
+    """Return β of α·exp(−βx) + constant by maximum likelihood from a histogram (paper, Fig. 9).
+
+    The constant is a second way to turn back, equally probable at any depth. The interval is where
+    the likelihood, maximal over the constant, is within 1.92 of its maximum.
+
+    Parameters
+    ----------
+    edges : ndarray, shape (n + 1,)
+        Bin edges from 0.
+    counts : ndarray of int64, shape (n,)
+        Items in each bin.
+
+    Returns
+    -------
+    (float, float, float)
+        In 1/unit of the edges; NaN for an end of the interval that the data do not bound.
+    """
+    span = float(edges[-1])
+    even = np.diff(edges) / span
+
+    def loss(log_beta: float) -> float:
+        fall = np.exp(-np.exp(log_beta) * edges)
+        decaying = (fall[:-1] - fall[1:]) / (1 - fall[-1])
+
+        def of_share(share: float) -> float:
+            chance = (1 - share) * decaying + share * even
+            return -float(counts @ np.log(np.maximum(chance, 1e-300)))
+
+        best = minimize_scalar(of_share, bounds=(0.0, 0.9), method="bounded")
+        return float(min(best.fun, of_share(0.0)))
+
+    grid = np.linspace(log(0.3 / span), log(3 / float(edges[1])), 40)
+    losses = np.array([loss(value) for value in grid])
+    at = int(np.clip(np.argmin(losses), 1, len(grid) - 2))
+    found = minimize_scalar(loss, bounds=(grid[at - 1], grid[at + 1]), method="bounded")
+    best, least = float(found.x), float(found.fun)
+
+    def bound(side: NDArray[np.intp]) -> float:
+        for index in side:
+            if losses[index] - least > 1.92:
+                root = brentq(lambda value: loss(value) - least - 1.92, best, float(grid[index]))
+                return float(np.exp(root))
+        return float("nan")
+
+    below = np.flatnonzero(grid < best)[::-1]
+    above = np.flatnonzero(grid > best)
+    return float(np.exp(best)), bound(below), bound(above)
+
+
+def finite_or_none(value: float) -> float | None:
+    """Return None in place of NaN or infinity."""
+    return float(value) if isfinite(value) else None
+
+
+def _chi2(degrees: int, probability: float) -> float:
+    """Return the quantile of χ²."""
+    return float(chdtri(degrees, 1 - probability))
