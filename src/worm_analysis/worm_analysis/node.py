@@ -1,0 +1,232 @@
+"""Node `analysis`: takes every state of the worm, publishes observables, events and estimates."""
+
+import signal
+import sys
+from collections import deque
+from dataclasses import fields
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_msgs.msg import UInt64
+
+from worm_analysis.analysis import Analysis
+from worm_analysis.parameters import AnalysisParameters
+from worm_msgs_py import BodyState, convert, topics
+from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.interfaces import RESULTS
+from worm_msgs_py.ledger import Ledger
+from worm_msgs_py.qos import FLOW, RESULT
+
+NAME = "analysis"
+NS = 1_000_000_000
+_OUT = (
+    topics.ANALYSIS_STATE,
+    topics.ANALYSIS_EVENTS,
+    topics.ANALYSIS_CORRELATION,
+    topics.ANALYSIS_DISTRIBUTIONS,
+    topics.ANALYSIS_SUMMARY,
+)
+DESCRIPTIONS = {
+    "contact_factor": "contact where R - r_h < contact_factor * d_w",
+    "release_factor": "contact lasts until R - r_h >= release_factor * d_w",
+    "body_width_m": "d_w in metres; 0.0: measured",
+    "min_episode_s": "a shorter contact or excursion does not end the one around it",
+    "theta_dot_window_s": "time over which the angular speed is taken",
+    "incidence_window_s": "time before a contact over which the incidence is taken",
+    "max_gap_s": "a longer time without a head ends episodes and pairs",
+    "max_lag_s": "longest lag of C_theta",
+    "fine_lag_s": "lags are fine up to this one",
+    "fine_step_s": "step of the fine lags",
+    "coarse_step_s": "step of the lags beyond, a multiple of the fine one",
+    "stroke_window_s": "time over which the body's length tells the phase of the stroke",
+    "minimum_n": "fewer items than this are not enough data",
+    "summary_interval_s": "time of the stamps between two publications of the estimates",
+}
+"""Of the node's parameters, which are the fields of `AnalysisParameters`, one for one."""
+
+
+class AnalysisNode(Node):
+    """Runs an `Analysis` on the graph.
+
+    Parameters (read once)
+    ----------------------
+    Those of `AnalysisParameters`; `body_width_m` 0.0 stands for None.
+
+    A state that rests on a geometry which has not come yet is held back, with all that follow it.
+    When as many states have been taken as `flow/end` says, what is open is closed, the estimates
+    are published a last time and the end is announced.
+
+    Raises
+    ------
+    ValueError
+        Where a parameter is out of range.
+    """
+
+    def __init__(self, **node_arguments: Any):
+        super().__init__(NAME, start_parameter_services=False, **node_arguments)
+        try:
+            self._parameters = self._read_parameters()
+        except BaseException:
+            self.destroy_node()
+            raise
+        self._analysis = Analysis(self._parameters)
+        self._waiting: deque[BodyState] = deque()
+        self._taken = 0
+        self._events = 0
+        self._expected: int | None = None
+        self._last_ns = 0
+        self._next_summary_ns: int | None = None
+        self._done = False
+        self._ledger = Ledger(self)
+        self._out = {
+            topic: self._ledger.publisher(kind, topic, qos)
+            for topic, (kind, qos) in RESULTS.items()
+            if topic in _OUT
+        }
+        self._diagnostics = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, RESULT)
+        for topic, on_message in (
+            (topics.CHAMBER_GEOMETRY, self._on_geometry),
+            (topics.WORM_STATE, self._on_state),
+        ):
+            kind, qos = RESULTS[topic]
+            self.create_subscription(kind, topic, on_message, qos)
+        self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
+
+    @property
+    def done(self) -> bool:
+        """Whether every state was taken and the end was announced."""
+        return self._done
+
+    @property
+    def missing(self) -> str:
+        """What is still to come, for people."""
+        if self._done:
+            return ""
+        if self._waiting:
+            state = self._waiting[0]
+            return f"frame {state.frame} waits for geometry {state.geometry}"
+        expected = "?" if self._expected is None else self._expected
+        return f"{self._taken} of {expected} states have come"
+
+    def _read_parameters(self) -> AnalysisParameters:
+        values = {}
+        for field in fields(AnalysisParameters):
+            default = 0.0 if field.default is None else field.default
+            descriptor = ParameterDescriptor(description=DESCRIPTIONS[field.name], read_only=True)
+            values[field.name] = self.declare_parameter(field.name, default, descriptor).value
+        values["body_width_m"] = values["body_width_m"] or None
+        return AnalysisParameters(**values)
+
+    def _on_geometry(self, msg: JointState) -> None:
+        self._analysis.set_geometry(convert.geometry_from_msg(msg))
+        self._take_waiting()
+
+    def _on_state(self, msg: JointState) -> None:
+        self._waiting.append(convert.body_state_from_msg(msg))
+        self._take_waiting()
+
+    def _on_end(self, msg: UInt64) -> None:
+        self._expected = convert.count_from_msg(msg)
+        self._finish_if_whole()
+
+    def _take_waiting(self) -> None:
+        while self._waiting and self._analysis.knows(self._waiting[0].geometry):
+            self._take(self._waiting.popleft())
+        self._finish_if_whole()
+
+    def _take(self, state: BodyState) -> None:
+        observables, events = self._analysis.push(state)
+        self._taken += 1
+        self._last_ns = state.stamp_ns
+        self._out[topics.ANALYSIS_STATE].publish(convert.observables_to_msg(observables))
+        self._publish_events(events)
+        if self._next_summary_ns is None:
+            self._next_summary_ns = state.stamp_ns + self._interval_ns
+        elif state.stamp_ns >= self._next_summary_ns:
+            self._next_summary_ns = state.stamp_ns + self._interval_ns
+            self._publish_estimates()
+
+    @property
+    def _interval_ns(self) -> int:
+        return round(self._parameters.summary_interval_s * NS)
+
+    def _publish_events(self, events: list[Any]) -> None:
+        if events:
+            self._events += len(events)
+            self._out[topics.ANALYSIS_EVENTS].publish(convert.events_to_msg(events, self._last_ns))
+
+    def _publish_estimates(self) -> None:
+        correlation = convert.correlation_to_msg(self._analysis.correlation(), self._last_ns)
+        self._out[topics.ANALYSIS_CORRELATION].publish(correlation)
+        for distribution in self._analysis.distributions():
+            self._out[topics.ANALYSIS_DISTRIBUTIONS].publish(
+                convert.distribution_to_msg(distribution)
+            )
+        summary = convert.quantities_to_msg(self._analysis.summary(), self._last_ns)
+        self._out[topics.ANALYSIS_SUMMARY].publish(summary)
+        self._diagnostics.publish(self._health())
+
+    def _health(self) -> DiagnosticArray:
+        values = {
+            "states taken": self._taken,
+            "states waiting for a geometry": len(self._waiting),
+            "events": self._events,
+        }
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if self._waiting else DiagnosticStatus.OK,
+            name=NAME,
+            message="ended" if self._taken == self._expected else "running",
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+        )
+        return DiagnosticArray(header=header(self._last_ns, ""), status=[status])
+
+    def _finish_if_whole(self) -> None:
+        if self._done or self._taken != self._expected:
+            return
+        self._done = True
+        self._publish_events(self._analysis.finish())
+        self._publish_estimates()
+        self._ledger.announce()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node alone until it is told to stop (SIGINT, SIGTERM).
+
+    Returns
+    -------
+    int
+        0, or 2 where a parameter is bad.
+    """
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    executor = SingleThreadedExecutor()
+    stopping = False
+
+    def stop(*_: object) -> None:
+        nonlocal stopping
+        stopping = True
+
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
+    try:
+        node = AnalysisNode()
+    except (ValueError, InvalidParameterTypeException) as error:
+        print(f"analysis: {error}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    executor.add_node(node)
+    while not stopping:
+        executor.spin_once(timeout_sec=0.1)
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
