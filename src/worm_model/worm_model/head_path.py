@@ -1,0 +1,141 @@
+"""The head of a simulated worm: it slides along the wall, hops off it, and now and then turns."""
+
+from dataclasses import dataclass
+from math import cos, pi, radians, sin
+
+import numpy as np
+
+SLOWEST_HOP_S = 0.15
+"""No excursion is shorter: a head is not a bullet."""
+RADIAL_SPEED_MM_S = 5.0
+"""Mean speed of the head on its way off the wall and back."""
+TURN_S = 1.8
+TURN_EXCURSION_MM = 1.0
+LARGEST_EXCURSION_MM = 4.0
+LEAN_RAD = radians(38.0)
+"""Angle ψ_h between the wall's normal and the head, while it moves along the wall."""
+LEAN_SD_RAD, LEAN_S = radians(5.0), 2.0
+SMALLEST_LEAN_RAD, LARGEST_LEAN_RAD = radians(28.0), radians(55.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Walker:
+    """A simulated worm; the defaults are the paper's numbers (SCIENCE.md).
+
+    Attributes
+    ----------
+    length_mm, width_mm : float
+        l_w and d_w.
+    speed_mm_s : float
+        Tangential speed of the head.
+    mean_slide_mm, mean_hop_mm, mean_excursion_mm : float
+        Means of the exponential laws of d_c, d_nc and Δr_h. Excursions beyond 4 mm are drawn again.
+    reversal_per_cycle : float
+        Probability that the worm turns around after a slide and a hop; 0.03 gives t_per = 27 s.
+    peristalsis, peristalsis_s : float
+        Relative amplitude and period of the length.
+    undulation_mm, undulation_s : float
+        Amplitude and period of the body's transverse wave.
+    seed : int
+        The same seed gives the same worm.
+    """
+
+    length_mm: float = 20.0
+    width_mm: float = 0.4
+    speed_mm_s: float = 2.02
+    mean_slide_mm: float = 1.95
+    mean_hop_mm: float = 1.46
+    mean_excursion_mm: float = 1.14
+    reversal_per_cycle: float = 0.03
+    peristalsis: float = 0.02
+    peristalsis_s: float = 0.6
+    undulation_mm: float = 0.25
+    undulation_s: float = 12.0
+    seed: int = 0
+
+
+class HeadPath:
+    """Moves the head on, a step at a time.
+
+    Attributes
+    ----------
+    theta_rad : float
+        Polar angle of the head tip, not wrapped.
+    off_wall_mm : float
+        How far it is off the wall, beyond the gap that its rounded end needs.
+    lean_rad : float
+        Signed angle from the wall's normal to the head's direction; positive while it moves
+        counter-clockwise.
+    """
+
+    def __init__(self, walker: Walker, radius_mm: float) -> None:
+        self._walker = walker
+        self._radius_mm = radius_mm
+        self._random = np.random.default_rng([walker.seed, 1])
+        self.theta_rad = float(self._random.uniform(-pi, pi))
+        self.off_wall_mm = 0.0
+        self._direction = 1.0 if self._random.random() < 0.5 else -1.0
+        self._lean = LEAN_RAD
+        self.lean_rad = self._direction * LEAN_RAD
+        self._turning = False
+        self._hopping = False
+        self._begin_slide()
+
+    def advance(self, step_s: float) -> None:
+        """Move the head on by a step of time."""
+        self._vary_lean(step_s)
+        while step_s > 0.0:
+            used = min(step_s, self._duration_s - self._elapsed_s)
+            self._elapsed_s += used
+            step_s -= used
+            self.theta_rad += self._direction * self._speed_mm_s * used / self._radius_mm
+            if self._elapsed_s >= self._duration_s:
+                self._next_phase()
+        part = self._elapsed_s / self._duration_s
+        self.off_wall_mm = self._excursion_mm * sin(pi * part) ** 2
+        swing = cos(pi * part) if self._turning else 1.0
+        self.lean_rad = self._direction * self._lean * swing
+
+    def _next_phase(self) -> None:
+        if self._turning:
+            self._direction = -self._direction
+            self._begin_slide()
+        elif not self._hopping:
+            self._begin_hop()
+        elif self._random.random() < self._walker.reversal_per_cycle:
+            self._begin(TURN_S, 0.0, TURN_EXCURSION_MM, turning=True)
+        else:
+            self._begin_slide()
+
+    def _begin_slide(self) -> None:
+        distance = float(self._random.exponential(self._walker.mean_slide_mm))
+        speed = self._walker.speed_mm_s
+        self._begin(max(distance / speed, 1e-6), speed, 0.0)
+
+    def _begin_hop(self) -> None:
+        distance = float(self._random.exponential(self._walker.mean_hop_mm))
+        excursion = np.inf
+        while excursion > LARGEST_EXCURSION_MM:
+            excursion = float(self._random.exponential(self._walker.mean_excursion_mm))
+        at_speed = distance / self._walker.speed_mm_s
+        duration = max(at_speed, 2.0 * excursion / RADIAL_SPEED_MM_S, SLOWEST_HOP_S)
+        self._begin(duration, distance / duration, excursion, hopping=True)
+
+    def _begin(
+        self,
+        duration_s: float,
+        speed_mm_s: float,
+        excursion_mm: float,
+        *,
+        hopping: bool = False,
+        turning: bool = False,
+    ) -> None:
+        self._duration_s, self._elapsed_s = duration_s, 0.0
+        self._speed_mm_s, self._excursion_mm = speed_mm_s, excursion_mm
+        self._hopping, self._turning = hopping, turning
+
+    def _vary_lean(self, step_s: float) -> None:
+        kept = np.exp(-step_s / LEAN_S)
+        noise = LEAN_SD_RAD * np.sqrt(1.0 - kept**2) * self._random.standard_normal()
+        lean = LEAN_RAD + kept * (self._lean - LEAN_RAD) + noise
+        self._lean = float(np.clip(lean, SMALLEST_LEAN_RAD, LARGEST_LEAN_RAD))
