@@ -1,0 +1,301 @@
+"""What must hold for a worm whose motion is known in closed form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from walked_tracks import (
+    GEOMETRY,
+    THRESHOLD,
+    R,
+    mirrored,
+    rough_track,
+    slides_and_hops,
+    track_from_polar,
+)
+
+from worm_analysis.analysis import Analysis
+from worm_analysis.correlation import SignCorrelation, lag_grid
+from worm_analysis.parameters import AnalysisParameters
+from worm_msgs_py import BodyState, Episode, EpisodeKind, Geometry, Status, Where
+
+NS = 10**9
+
+
+def analyse(states, geometry=GEOMETRY, parameters=None):
+    analysis = Analysis(parameters)
+    if geometry:
+        analysis.set_geometry(geometry)
+    results = [analysis.push(state) for state in states]
+    events = [event for _, closed in results for event in closed] + analysis.finish()
+    return analysis, [observables for observables, _ in results], events
+
+
+def by_name(analysis):
+    return {quantity.name: quantity for quantity in analysis.summary()}
+
+
+def circling(speed, duration_s=200.0, rate_hz=20, psi_b=0.5):
+    t = np.arange(0, duration_s, 1 / rate_hz)
+    r = np.full(len(t), R - THRESHOLD / 3)
+    return track_from_polar(t, r, 1.0 + speed / R * t, np.full(len(t), psi_b))
+
+
+@pytest.mark.parametrize("speed", [2e-3, -1e-3])
+def test_a_worm_that_circles_at_constant_speed(speed):
+    psi_b = np.copysign(0.5, speed)
+    analysis, rows, events = analyse(circling(speed, psi_b=psi_b).states())
+    late = rows[20:]
+    np.testing.assert_allclose([row.theta_dot_rad_s for row in late], speed / R, rtol=1e-9)
+    np.testing.assert_allclose([row.v_b_m_s for row in late], speed, rtol=1e-9)
+    np.testing.assert_allclose([row.psi_b_rad for row in rows], psi_b, atol=1e-12)
+    assert all(row.contact for row in rows)
+    assert np.isnan([row.theta_dot_rad_s for row in rows[:20]]).all()
+    c = analysis.correlation()
+    np.testing.assert_array_equal(c.c, 1.0)
+    found = by_name(analysis)
+    assert found["v_w"].value == pytest.approx(abs(speed) / np.sin(0.5) * 1e3)
+    assert found["v_b"].value == pytest.approx(abs(speed) * 1e3)
+    assert found["contact_fraction"].value == 1.0
+    assert found["reversal_rate"].value == 0.0
+    assert found["t_per"].value is None
+    assert "does not decay" in found["t_per"].why
+    assert [type(event) for event in events].count(Episode) == 1
+    assert not events[0].complete
+
+
+def test_theta_h_is_unwrapped_over_many_turns():
+    _, rows, _ = analyse(circling(2e-3).states())
+    np.testing.assert_allclose(
+        [row.theta_h_rad for row in rows], 1.0 + 0.2 * np.arange(0, 200, 0.05), atol=1e-9
+    )
+
+
+def test_a_body_that_trails_a_counter_clockwise_head_has_positive_psi_b():
+    """The law SCIENCE takes: psi_b > 0 <=> counter-clockwise, whatever the paper's text says."""
+    t = np.arange(0, 20, 0.05)
+    for turn in (0.2, -0.2):
+        r = np.full(len(t), R - THRESHOLD / 3)
+        head = track_from_polar(t, r, turn * t, np.zeros(len(t)))
+        trailing = turn * (t - 3.0)
+        head.centroid[:] = 0.6 * R * np.stack([np.cos(trailing), np.sin(trailing)], axis=1)
+        analysis, rows, _ = analyse(head.states())
+        assert all(np.sign(row.psi_b_rad) == np.sign(turn) for row in rows)
+        assert all(np.sign(row.theta_dot_rad_s) == np.sign(turn) for row in rows[20:])
+        assert by_name(analysis)["v_w"].value > 0
+
+
+def test_a_mirrored_track_flips_the_signs_of_angles_and_nothing_else():
+    states = [state for seed in (3, 4) for state in rough_track(seed).states()]
+    states = [
+        replace(state, frame=frame, stamp_ns=state.stamp_ns + frame // 500 * 100 * NS)
+        for frame, state in enumerate(states)
+    ]
+    plain, rows, events = analyse(states)
+    flipped, other_rows, other_events = analyse([mirrored(state) for state in states])
+    for row, other in zip(rows, other_rows, strict=True):
+        for name in ("theta_h_rad", "theta_dot_rad_s", "v_b_m_s", "psi_b_rad", "psi_h_rad"):
+            assert getattr(other, name) == pytest.approx(-getattr(row, name), abs=1e-9, nan_ok=True)
+        assert (other.r_h_m, other.r_c_m, other.r_t_m) == pytest.approx(
+            (row.r_h_m, row.r_c_m, row.r_t_m), nan_ok=True
+        )
+        assert (other.contact, other.where) == (row.contact, row.where)
+    assert len(events) == len(other_events)
+    for event, other in zip(events, other_events, strict=True):
+        if isinstance(event, Episode):
+            assert other.distance_m == pytest.approx(event.distance_m, abs=1e-12)
+            assert other.incidence_rad == pytest.approx(-event.incidence_rad, nan_ok=True)
+    np.testing.assert_array_equal(plain.correlation().c, flipped.correlation().c)
+    same, mirror = by_name(plain), by_name(flipped)
+    for name in ("d_c", "d_nc", "delta_r_h", "v_w", "v_b", "contact_fraction", "r_h_over_R"):
+        assert mirror[name].value == pytest.approx(same[name].value, nan_ok=True), name
+
+
+def test_the_correlation_of_a_telegraph_process_is_exponential():
+    rate, step_s, n = 0.5, 0.1, 400_000
+    rng = np.random.default_rng(1)
+    flips = rng.random(n) < 0.5 * (1 - np.exp(-2 * rate * step_s))
+    signs = np.where(np.cumsum(flips) % 2, -1.0, 1.0)
+    correlation = SignCorrelation(lag_grid(10, 10, step_s, 1.0), step_s)
+    for cell, sign in enumerate(signs.tolist()):
+        correlation.push(round(cell * step_s * NS), sign)
+    result = correlation.result(10)
+    truth = np.exp(-2 * rate * result.lag_s)
+    np.testing.assert_allclose(result.c, truth, atol=0.02)
+    assert np.mean(np.abs(result.c - truth) < 2 * result.error) > 0.8
+    t_per = correlation.persistence_time(10)
+    assert t_per.value == pytest.approx(1 / (2 * rate), rel=0.02)
+    assert t_per.low < 1 / (2 * rate) < t_per.high
+
+
+def test_pairs_are_not_made_over_a_break():
+    correlation = SignCorrelation(np.arange(21), 0.1)
+    for cell in range(10):
+        correlation.push(cell * NS // 10, 1.0)
+    correlation.break_off()
+    for cell in range(10, 20):
+        correlation.push(cell * NS // 10, -1.0)
+    c, pairs = correlation.curve()
+    np.testing.assert_array_equal(pairs, [max(0, 2 * (10 - lag)) for lag in range(21)])
+    np.testing.assert_array_equal(c[:10], 1.0)
+
+
+@pytest.fixture(scope="module")
+def walked():
+    """The numbers of twelve trials of five minutes of the same worm."""
+    return [by_name(analyse(slides_and_hops(seed, 300.0, 25.0).states())[0]) for seed in range(12)]
+
+
+@pytest.mark.parametrize(
+    ("name", "truth"),
+    [
+        ("d_c", 1.95),
+        ("d_nc", 1.46),
+        ("delta_r_h", 1.14),
+        ("contact_fraction", 1.95 / (1.95 + 1.46)),
+        ("reversal_per_cycle", 0.05),
+        ("t_per", 3.41 / 2 / (2 * 0.05)),
+        ("l_w", 20.0),
+        ("d_w", 0.4),
+        ("psi_b_positive_peak", 32.0),
+        ("psi_b_negative_peak", -32.0),
+    ],
+)
+def test_known_slides_and_hops_are_found_within_the_interval(walked, name, truth):
+    slack = {"l_w": 0.05, "d_w": 0.0025}.get(name, 0.0)  # half a bin: the truth has no spread
+    answers = [q[name] for q in walked if q[name].value is not None]
+    assert len(answers) >= (8 if name == "t_per" else 12), "a trial of 18 t_per may be too short"
+    inside = [answer.low - slack <= truth <= answer.high + slack for answer in answers]
+    # At 95 % each, fewer than nine of twelve happens once in five hundred times.
+    assert sum(inside) >= 0.75 * len(answers), [(a.low, a.value, a.high) for a in answers]
+    assert all(answer.n >= 10 for answer in answers)
+
+
+def test_every_number_of_the_table_is_there_with_its_unit(walked):
+    units = {name: quantity.unit for name, quantity in walked[0].items()}
+    assert units == {
+        "r_h_over_R": "1",
+        "r_c_over_R": "1",
+        "r_t_over_R": "1",
+        "psi_b_negative_peak": "deg",
+        "psi_b_positive_peak": "deg",
+        "contact_fraction": "1",
+        "d_c": "mm",
+        "d_nc": "mm",
+        "delta_r_h": "mm",
+        "t_per": "s",
+        "v_w": "mm/s",
+        "v_b": "mm/s",
+        "reversal_per_cycle": "1",
+        "reversal_rate": "1/s",
+        "tau_h": "s",
+        "n_s": "per 30 min",
+        "success": "1",
+        "failures_without_contact": "1",
+        "failures_in_elongation": "1",
+        "beta": "1/mm",
+        "w_s": "mm",
+        "l_w": "mm",
+        "d_w": "mm",
+    }
+    for quantity in walked[0].values():
+        assert (quantity.value is None) == bool(quantity.why)
+        if quantity.value is not None and quantity.low is not None:
+            assert quantity.low <= quantity.value <= quantity.high
+
+
+def test_a_trial_that_is_too_short_says_so():
+    analysis, _, _ = analyse(slides_and_hops(0, 5.0, 25.0).states())
+    found = by_name(analysis)
+    assert found["d_c"].value is None
+    assert found["d_c"].why.startswith("not enough data: ")
+    assert found["t_per"].value is None
+    assert found["t_per"].paper == 27.0
+
+
+@pytest.mark.parametrize("geometry", [None, Geometry(1, 0, 255, 221)])
+def test_without_a_chamber_everything_is_null_with_a_reason(geometry):
+    states = [
+        BodyState(frame, frame * NS // 30, status=Status.TRACKED, geometry=1 if geometry else 0)
+        for frame in range(100)
+    ]
+    analysis, rows, events = analyse(states, geometry)
+    assert events == []
+    assert [row.frame for row in rows] == list(range(100))
+    assert all(row.contact is None and np.isnan(row.r_h_m) for row in rows)
+    found = by_name(analysis)
+    assert all(quantity.value is None and quantity.why for quantity in found.values())
+    assert found["d_c"].why == "no chamber in the picture"
+    assert (analysis.correlation().pairs == 0).all()
+
+
+def test_a_frame_without_a_head_keeps_the_turns_and_bridges_a_short_gap():
+    states = circling(2e-3, 60.0).states()
+    lost = [
+        replace(state, head=type(state.head)(), status=Status.COILED)
+        if state.frame % 7 < 3
+        else state
+        for state in states
+    ]
+    _, rows, events = analyse(lost)
+    _, whole, _ = analyse(states)
+    for row, full in zip(rows, whole, strict=True):
+        if row.frame % 7 < 3:
+            assert np.isnan(row.theta_h_rad)
+            assert row.contact is None
+            assert row.r_c_m == full.r_c_m
+        else:
+            assert row.theta_h_rad == pytest.approx(full.theta_h_rad, abs=1e-12)
+    assert sum(isinstance(event, Episode) for event in events) == 1
+
+
+def test_a_stamp_that_does_not_advance_adds_to_no_estimate():
+    states = slides_and_hops(1, 60.0, 25.0).states()
+    doubled = [state for state in states for _ in range(2)]
+    once, twice = analyse(states)[0], analyse(doubled)[0]
+    assert repr(once.summary()) == repr(twice.summary())
+
+
+def test_a_head_whose_place_is_not_known_is_not_searching():
+    states = [
+        replace(state, where=Where.UNKNOWN) for state in slides_and_hops(1, 60.0, 25.0).states()
+    ]
+    analysis, rows, events = analyse(states)
+    assert events == []
+    assert all(np.isfinite(row.r_h_m) and row.contact is None for row in rows)
+    assert by_name(analysis)["d_c"].n == 0
+
+
+def test_a_state_on_a_geometry_that_was_not_given_is_an_error():
+    with pytest.raises(ValueError, match="frame 0 rests on geometry 1"):
+        analyse(circling(2e-3, 1.0).states(), geometry=None)
+
+
+def test_hysteresis_and_a_shortest_episode_swallow_a_flicker():
+    t = np.arange(0, 10, 0.05)
+    depth = np.where(np.arange(len(t)) % 10 == 9, 1.3, 0.5) * THRESHOLD
+    track = track_from_polar(t, R - depth, 0.2 * t, np.full(len(t), 0.5))
+    assert len(_contacts(track, AnalysisParameters())) == 20
+    assert len(_contacts(track, AnalysisParameters(release_factor=0.6))) == 1
+    assert len(_contacts(track, AnalysisParameters(min_episode_s=0.08))) == 1
+
+
+def _contacts(track, parameters):
+    _, _, events = analyse(track.states(), parameters=parameters)
+    return [e for e in events if isinstance(e, Episode) and e.kind is EpisodeKind.CONTACT]
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ({"max_gap_s": 0.0}, "max_gap_s is 0.0"),
+        ({"contact_factor": float("nan")}, "contact_factor is nan"),
+        ({"body_width_m": 0.4}, "give metres"),
+        ({"release_factor": 0.2}, "below contact_factor"),
+        ({"coarse_step_s": 0.25}, "multiple"),
+        ({"minimum_n": 0}, "minimum_n"),
+    ],
+)
+def test_a_parameter_out_of_range_is_named(setting, message):
+    with pytest.raises(ValueError, match=message):
+        AnalysisParameters(**setting)

@@ -1,0 +1,193 @@
+"""Visits, skips and attempts at the exit, told from tracks in which each is known."""
+
+import numpy as np
+import pytest
+from walked_tracks import BODY_WIDTH, GEOMETRY, THRESHOLD, R, Track, polar
+
+from worm_analysis.analysis import Analysis
+from worm_msgs_py import Attempt, StrokePhase, Visit, Where
+
+RATE_HZ = 20
+NS = 10**9
+DEEP = 1.5e-3
+ALONG_WALL = THRESHOLD / 3
+
+
+class Path:
+    """A track put together piece by piece, in the chambers' own frames."""
+
+    def __init__(self):
+        self.head, self.centroid, self.chamber, self.where, self.length = [], [], [], [], []
+
+    def along(self, start_rad, end_rad, depth_m, frames, chamber="chamber_a"):
+        """Move along the wall at a depth, the body inside the chamber."""
+        head = polar(np.full(frames, R - depth_m), np.linspace(start_rad, end_rad, frames))
+        where = Where.CHAMBER_A if chamber == "chamber_a" else Where.CHAMBER_B
+        return self._add(head, 0.5 * head, chamber, where)
+
+    def into_exit(self, x_p_m, frames, chamber="chamber_a", y_m=0.0, body_follows=False):
+        """Put the head into the passage, x_p beyond the mouth; W = 1 mm."""
+        mouth = np.sqrt(R**2 - (0.5e-3) ** 2)
+        head = np.tile([mouth + x_p_m, y_m], (frames, 1))
+        centroid = head - [2e-3, 0.0] if body_follows else 0.3 * head
+        return self._add(head, centroid, chamber, Where.PASSAGE)
+
+    def lose(self, frames):
+        nothing = np.full((frames, 2), np.nan)
+        return self._add(nothing, nothing, "chamber_a", Where.UNKNOWN)
+
+    def _add(self, head, centroid, chamber, where):
+        self.head.append(head)
+        self.centroid.append(centroid)
+        self.chamber += [chamber] * len(head)
+        self.where += [where] * len(head)
+        return self
+
+    def events(self, length=None):
+        head = np.concatenate(self.head)
+        n = len(head)
+        t = np.arange(n) / RATE_HZ
+        track = Track(
+            stamp_ns=np.round(t * NS).astype(np.int64),
+            head=head,
+            centroid=np.concatenate(self.centroid),
+            tail=np.zeros((n, 2)),
+            yaw=np.zeros(n),
+            width=np.full(n, BODY_WIDTH),
+            length=np.full(n, 0.02) if length is None else length(t),
+            chamber=np.array(self.chamber),
+            where=np.array(self.where),
+        )
+        analysis = Analysis()
+        analysis.set_geometry(GEOMETRY)
+        events = [event for state in track.states() for event in analysis.push(state)[1]]
+        events += analysis.finish()
+        found = {quantity.name: quantity for quantity in analysis.summary()}
+        return events, found
+
+
+def of(kind, events):
+    return [event for event in events if isinstance(event, kind)]
+
+
+def test_tau_h_counts_from_first_contact_to_the_first_entry():
+    path = Path().along(1.0, 1.2, DEEP, 10).along(1.2, 0.2, ALONG_WALL, 50).into_exit(1e-3, 5)
+    (visit,) = of(Visit, path.events()[0])
+    assert visit.first_contact_ns == visit.start_ns + 10 * NS // RATE_HZ
+    assert visit.theta_h0_rad == pytest.approx(1.2)
+    assert visit.tau_h_s == pytest.approx(50 / RATE_HZ)
+    assert not visit.complete, "the trial began within the visit"
+
+
+def test_a_withdrawal_is_a_failed_attempt_and_starts_no_new_visit():
+    path = Path().along(1.0, 0.2, ALONG_WALL, 30)
+    path.into_exit(1e-3, 5).into_exit(2.5e-3, 5).into_exit(0.5e-3, 5)
+    path.along(0.2, 1.0, ALONG_WALL, 30).into_exit(0.7e-3, 5).along(-0.2, -1.0, DEEP, 30)
+    events, _ = path.events()
+    first, second = of(Attempt, events)
+    assert first.penetration_m == pytest.approx(2.5e-3)
+    assert second.penetration_m == pytest.approx(0.7e-3)
+    assert (first.success, first.complete, first.wall_contact) == (False, True, False)
+    assert first.end_ns - first.start_ns == 15 * NS // RATE_HZ
+    assert len(of(Visit, events)) == 1
+
+
+def test_a_passage_to_the_other_chamber_is_a_success_and_a_new_visit():
+    path = Path().along(1.0, 0.2, ALONG_WALL, 30).into_exit(1e-3, 5)
+    path.into_exit(8e-3, 20, body_follows=True)
+    path.into_exit(8e-3, 20, "chamber_b", body_follows=True)
+    path.along(0.3, 2.0, ALONG_WALL, 40, "chamber_b").into_exit(1e-3, 4, "chamber_b")
+    events, _ = path.events()
+    attempt, pending = of(Attempt, events)
+    assert (attempt.success, attempt.complete, attempt.chamber) == (True, True, "chamber_a")
+    assert attempt.end_ns - attempt.start_ns == 5 * NS // RATE_HZ
+    assert (pending.complete, pending.chamber) == (False, "chamber_b")
+    first, second = of(Visit, events)
+    assert (first.chamber, second.chamber) == ("chamber_a", "chamber_b")
+    assert second.complete, "both its ends were seen"
+    assert second.tau_h_s == pytest.approx(40 / RATE_HZ)
+    assert second.theta_h0_rad == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(("depth_m", "skips"), [(DEEP, 1), (ALONG_WALL, 0)], ids=["hop", "slide"])
+@pytest.mark.parametrize("frames", [4, 200], ids=["fast", "slow"])
+@pytest.mark.parametrize("turns", [0, 2])
+def test_a_skip_is_a_hop_over_the_exit(depth_m, skips, frames, turns):
+    start = 2 * np.pi * turns
+    path = Path().along(-1.0, start - 0.5, ALONG_WALL, 400)
+    path.along(start - 0.3, start + 0.3, depth_m, frames).along(start + 0.5, start + 1, DEEP, 40)
+    earlier = turns  # sliding over the exit is no skip
+    (visit,) = of(Visit, path.events()[0])
+    assert visit.skips == skips, earlier
+
+
+def test_turning_back_before_the_exit_is_no_skip():
+    path = Path().along(-1.0, 0.01, DEEP, 40).along(0.01, -1.0, DEEP, 40)
+    assert of(Visit, path.events()[0])[0].skips == 0
+
+
+def test_skips_after_a_withdrawal_count_for_the_trial():
+    path = Path().along(1.0, 0.2, ALONG_WALL, 300).into_exit(1e-3, 5)
+    path.along(-0.3, -0.5, DEEP, 10).along(-0.5, 0.5, DEEP, 20)
+    events, found = path.events()
+    assert of(Visit, events)[0].skips == 0
+    assert found["n_s"].n == 1
+    assert found["n_s"].low < found["n_s"].value < found["n_s"].high
+
+
+def test_contact_with_the_walls_of_the_passage_is_told():
+    for y_m, touched in ((0.0, False), (0.45e-3, True), (-0.45e-3, True)):
+        path = Path().along(1.0, 0.2, ALONG_WALL, 30).into_exit(1e-3, 5, y_m=y_m)
+        (attempt,) = of(Attempt, path.along(0.3, 1.0, DEEP, 30).events()[0])
+        assert attempt.wall_contact is touched
+
+
+@pytest.mark.parametrize("phase", [StrokePhase.ELONGATION, StrokePhase.CONTRACTION])
+def test_the_phase_of_the_stroke_is_read_off_the_length_where_the_head_turns_back(phase):
+    path = Path().along(1.0, 0.2, ALONG_WALL, 30)
+    for step in range(6):
+        path.into_exit(0.2e-3 * (step + 1), 1)
+    path.into_exit(0.5e-3, 5).along(0.3, 1.0, DEEP, 30)
+    turn_s = 35 / RATE_HZ
+    sign = 1 if phase is StrokePhase.ELONGATION else -1
+
+    def length(t):
+        return 0.02 + sign * 1e-3 * np.sin(2 * np.pi / 1.2 * (t - turn_s + 0.15))
+
+    (attempt,) = of(Attempt, path.events(length)[0])
+    assert attempt.stroke_phase is phase
+    (attempt,) = of(Attempt, path.events()[0])
+    assert attempt.stroke_phase is StrokePhase.UNKNOWN, (
+        "a length that does not change tells nothing"
+    )
+
+
+def test_an_attempt_in_which_the_head_is_lost_is_undecided():
+    path = Path().along(1.0, 0.2, ALONG_WALL, 30).into_exit(1e-3, 5).lose(40)
+    events, found = path.along(0.2, 1.0, ALONG_WALL, 30).events()
+    (attempt,) = of(Attempt, events)
+    assert not attempt.complete
+    assert found["success"].n == 0
+
+
+def test_a_head_that_rests_on_the_circle_does_not_enter_again_and_again():
+    path = Path().along(1.0, 0.2, ALONG_WALL, 30).into_exit(1e-3, 3)
+    for _ in range(10):
+        path.along(0.0, 0.0, -1e-5, 2).along(0.0, 0.0, 1e-5, 2)
+    events, _ = path.along(0.0, 0.0, DEEP, 5).events()
+    assert len(of(Attempt, events)) == 1
+
+
+def test_success_and_beta_need_enough_attempts_and_then_have_intervals():
+    rng = np.random.default_rng(5)
+    path = Path()
+    for depth in 2e-5 + rng.exponential(2e-3, 60):  # beyond the circle, not only the mouth
+        path.along(0.5, 0.2, ALONG_WALL, 4).into_exit(depth, 3).along(0.2, 0.5, DEEP, 4)
+    _, found = path.events()
+    assert found["success"].value == 0.0
+    assert found["success"].low == 0.0
+    assert found["success"].n == 60
+    assert found["beta"].low < 0.5 < found["beta"].high
+    assert found["beta"].paper == 0.50, "W = 1 mm"
+    assert found["tau_h"].value is None
+    assert "1 findings" in found["tau_h"].why
