@@ -58,7 +58,7 @@ class Background:
         """Return how much darker than the background a window of the picture is."""
         ground = self.picture[window]
         if abs(gain - 1) > 0.002:
-            ground = cv2.convertScaleAbs(ground, alpha=gain)
+            ground = np.asarray(cv2.convertScaleAbs(ground, alpha=gain), np.uint8)
         return np.asarray(cv2.subtract(ground, picture[window]), np.uint8)
 
     def learn(self, picture: Picture, gain: float, hide: Callable[[Window], Picture]) -> None:

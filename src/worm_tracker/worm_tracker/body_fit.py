@@ -17,11 +17,12 @@ from worm_tracker.outline import POINTS, arc_length, resample
 
 Floats = NDArray[np.float64]
 
-TERMS = 16
-"""Cosine terms of the direction along the body: bends down to an eighth of the length."""
+MOST_TERMS = 24
+"""Cosine terms of the direction along a slender body; a stout one bends in fewer ways."""
 FINE = 3
 """Sub-steps between midline points when distances are measured."""
 MAX_PIXELS = 3500
+BLOCK = 128
 LENGTH_SD = 0.05
 """How far, relatively, the length may differ from what it was."""
 TERM_SD = 0.5
@@ -34,10 +35,9 @@ SOFT = ((0.25, 4), (0.12, 4))
 COUNT = (POINTS - 1) * FINE + 1
 """Points of the fine curve."""
 _BASIS = np.cos(
-    np.pi * ((np.arange(COUNT - 1) + 0.5) / (COUNT - 1))[:, None] * np.arange(TERMS)[None]
+    np.pi * ((np.arange(COUNT - 1) + 0.5) / (COUNT - 1))[:, None] * np.arange(MOST_TERMS)[None]
 )
-_PROJECT = np.linalg.pinv(_BASIS)
-_STIFF = ((1 + 0.3 * np.arange(TERMS)) / TERM_SD) ** 2
+_STIFF = ((1 + 0.3 * np.arange(MOST_TERMS)) / TERM_SD) ** 2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,10 +70,11 @@ def fit_body(mask: NDArray[np.uint8], start: Floats, widths: Floats, length: flo
     length : float
         Known length, pixels.
     """
-    body = _Series.of(start, length)
+    terms = int(np.clip(round(1.2 * length / float(np.median(widths))) + 2, 8, MOST_TERMS))
+    body = _Series.of(start, length, terms)
     prior = body.values.copy()
     prior[2] = 0.0
-    target = cv2.GaussianBlur(mask, (3, 3), 0).astype(np.float32) / 255
+    target = np.asarray(cv2.GaussianBlur(mask, (3, 3), 0) / np.float32(255), np.float32)
     half = np.interp(np.linspace(0, 1, COUNT), np.linspace(0, 1, POINTS), widths) / 2
     middle = float(np.median(widths))
     for soft, steps in SOFT:
@@ -113,17 +114,17 @@ class _Series:
     length: float
 
     @classmethod
-    def of(cls, points: Floats, length: float) -> "_Series":
+    def of(cls, points: Floats, length: float, count: int) -> "_Series":
         fine = resample(points, COUNT)
         d = np.diff(fine, axis=0)
         angle = np.unwrap(np.arctan2(d[:, 1], d[:, 0]))
-        terms = _PROJECT @ angle
+        terms = np.linalg.lstsq(_BASIS[:, :count], angle, rcond=None)[0]
         stretch = np.clip(np.log(arc_length(points)[-1] / length), -0.1, 0.1)
         return cls(np.concatenate([fine.mean(0), [stretch], terms]), length)
 
     def segments(self) -> tuple[Floats, Floats]:
         """Return the fine segments and their normals times their length, (COUNT − 1, 2) each."""
-        angle = _BASIS @ self.values[3:]
+        angle = _BASIS[:, : len(self.values) - 3] @ self.values[3:]
         step = self.length * np.exp(self.values[2]) / (COUNT - 1)
         d = step * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         return d, np.stack([-d[:, 1], d[:, 0]], axis=1)
@@ -135,10 +136,11 @@ class _Series:
         return np.asarray(curve - curve.mean(0) + self.values[:2])
 
     def derivative(self) -> Floats:
-        """Return how each point moves with each value, shape (COUNT, 2, TERMS + 3)."""
+        """Return how each point moves with each value, shape (COUNT, 2, number of values)."""
         d, across = self.segments()
-        moves = np.concatenate([d[:, :, None], across[:, :, None] * _BASIS[:, None, :]], axis=2)
-        moves = np.concatenate([np.zeros((1, 2, TERMS + 1)), np.cumsum(moves, axis=0)])
+        basis = _BASIS[:, None, : len(self.values) - 3]
+        moves = np.concatenate([d[:, :, None], across[:, :, None] * basis], axis=2)
+        moves = np.concatenate([np.zeros((1, *moves.shape[1:])), np.cumsum(moves, axis=0)])
         moves -= moves.mean(0)
         shift = np.broadcast_to(np.eye(2), (COUNT, 2, 2))
         return np.concatenate([shift, moves], axis=2)
@@ -163,13 +165,29 @@ def _step(
     pull = away * (slope / np.maximum(distance, 1e-6))[:, None]
     jacobian = np.einsum("pk,pkv->pv", pull, body.derivative()[nearest])
     residual = target[pixels[:, 1], pixels[:, 0]] - drawn
-    stiffness = np.concatenate([[1e-3, 1e-3, LENGTH_SD**-2], _STIFF]) * PIXEL_SD**2 / weight
-    matrix = jacobian.T @ jacobian + np.diag(stiffness + 1e-6)
+    stiffness = (
+        np.concatenate([[1e-3, 1e-3, LENGTH_SD**-2], _STIFF[: len(prior) - 3]])
+        * PIXEL_SD**2
+        / weight
+    )
+    matrix = _square(jacobian) + np.diag(stiffness + 1e-6)
     ahead = jacobian.T @ residual + stiffness * (prior - body.values)
     step = np.linalg.solve(matrix, ahead)
     step *= min(1.0, float(half.max()) / max(float(np.abs(step[:2]).max()), 1e-9))
     step[3:] = np.clip(step[3:], -0.5, 0.5)
     return _Series(body.values + step, body.length)
+
+
+def _square(jacobian: Floats) -> Floats:
+    """Return JᵀJ, in blocks that the linear algebra library does not spread over threads.
+
+    Waking threads for so small a product takes far longer than the product.
+    """
+    count, values = jacobian.shape
+    padded = np.zeros((-(-count // BLOCK) * BLOCK, values))
+    padded[:count] = jacobian
+    blocks = padded.reshape(-1, BLOCK, values)
+    return np.asarray(np.matmul(blocks.transpose(0, 2, 1), blocks).sum(0))
 
 
 def _pixels(

@@ -55,9 +55,7 @@ def calibrate(
     return Geometry(version, stamp_ns, w, h, chambers)
 
 
-def _chamber(
-    picture: Picture, circle: Circle, name: str, parameters: TrackerParameters
-) -> Chamber:
+def _chamber(picture: Picture, circle: Circle, name: str, parameters: TrackerParameters) -> Chamber:
     """Return the chamber of one circle, with its exit where there is one."""
     exit_ = find_exit(picture, circle)
     metres = parameters.radius_m / circle.radius

@@ -114,7 +114,7 @@ def _plausible(circle: Circle, picture: Picture) -> bool:
     """Tell whether a circle's centre is in the picture and its size can be one in view."""
     h, w = picture.shape
     inside = 0 <= circle.u < w and 0 <= circle.v < h
-    return inside and MIN_RADIUS_PX <= circle.radius <= max(h, w)
+    return inside and bool(MIN_RADIUS_PX <= circle.radius <= max(h, w))
 
 
 def radial_profiles(
@@ -144,7 +144,7 @@ def _coarse_edges(picture: Picture, inside: tuple[float, float]) -> Floats:
     """Return, on each ray, the point of the steepest fall from bright to dark."""
     reach = int(np.hypot(*picture.shape))
     angles = np.linspace(0, 2 * np.pi, RAYS, endpoint=False)
-    smooth = cv2.GaussianBlur(picture, (0, 0), 1.5)
+    smooth = np.asarray(cv2.GaussianBlur(picture, (0, 0), 1.5), np.uint8)
     around = Circle(inside[0], inside[1], 0.0)
     radii = np.arange(0.0, reach)
     profiles = radial_profiles(smooth, around, radii, angles)
@@ -226,7 +226,8 @@ def _least_squares(points: Floats, guess: Circle) -> Circle:
     keep = points[off < 3 * max(1.4826 * float(np.median(off)), 0.05)]
     fit = optimize.least_squares(residuals, fit.x, args=(keep,))
     rms = float(np.sqrt(np.mean(fit.fun**2)))
-    covariance = np.linalg.pinv(fit.jac.T @ fit.jac) * rms**2
+    jacobian = np.asarray(fit.jac)
+    covariance = np.linalg.pinv(jacobian.T @ jacobian) * rms**2
     sd = np.sqrt(np.diag(covariance))
     return Circle(
         float(fit.x[0]),

@@ -51,7 +51,8 @@ def find_exit(picture: Picture, circle: Circle) -> Exit | None:
     if not np.isfinite(water) or water - wall < 1:
         return None
     half = float(water + wall) / 2
-    smooth = ndimage.gaussian_filter1d(np.nan_to_num(outside, nan=wall), 1.5, axis=0, mode="wrap")
+    filled = np.where(np.isfinite(outside), outside, np.float32(wall)).astype(np.float64)
+    smooth = ndimage.gaussian_filter1d(filled, 1.5, axis=0, mode="wrap")
     start, stop = _widest_gap(smooth.mean(1) > half, angles)
     if stop <= start:
         return None
@@ -73,7 +74,6 @@ def find_exit(picture: Picture, circle: Circle) -> Exit | None:
 
 def _widest_gap(open_: NDArray[np.bool_], angles: Floats) -> tuple[int, int]:
     """Return first and last index of the widest bright arc, unwrapped; (0, 0) where none."""
-    n = len(angles)
     if not open_.any() or open_.all():
         return 0, 0
     turn = int(np.argmin(open_))  # start at a place where the wall is closed
@@ -93,7 +93,7 @@ def _widest_gap(open_: NDArray[np.bool_], angles: Floats) -> tuple[int, int]:
 
 
 def _edges(
-    ring: NDArray[np.float32], half: float, start: int, stop: int, angles: Floats
+    ring: Floats, half: float, start: int, stop: int, angles: Floats
 ) -> tuple[float, float] | None:
     """Return the two angles at which one circle's brightness passes the half-height."""
     n, step = len(ring), float(angles[1] - angles[0])

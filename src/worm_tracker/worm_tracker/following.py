@@ -4,14 +4,13 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
 from worm_tracker.background import MAX_GAIN, MIN_GAIN, Background
-from worm_tracker.body_fit import fit_body
+from worm_tracker.body_fit import Fit, fit_body, overlap
 from worm_tracker.light import Picture, empty_rig
-from worm_tracker.outline import POINTS, Floats, Rough, arc_length, rough_midline
+from worm_tracker.outline import Floats, Rough, arc_length, rough_midline
 from worm_tracker.refinement import Fine, refine
 from worm_tracker.segmentation import (
     Blob,
@@ -21,6 +20,7 @@ from worm_tracker.segmentation import (
     first_threshold,
     noise_of,
     pick,
+    smoothed,
     whole,
     window_around,
 )
@@ -71,14 +71,14 @@ class _Known:
     widths: Floats
     frames: int = 1
 
-    def learn(self, fine: Fine, area: float) -> None:
+    def learn(self, fine: Fine, widths: Floats, area: float) -> None:
         self.frames += 1
         rate = max(1 / self.frames, 0.02)
         self.length += rate * (arc_length(fine.points)[-1] - self.length)
-        self.width += rate * (mean_width(fine.widths) - self.width)
+        self.width += rate * (mean_width(widths) - self.width)
         self.area += rate * (area - self.area)
         self.level += rate * (fine.level - self.level)
-        self.widths = self.widths + rate * (fine.widths - self.widths)
+        self.widths = self.widths + rate * (widths - self.widths)
 
 
 class Follower:
@@ -96,7 +96,7 @@ class Follower:
         ground, arena = empty_rig(picture, geometry)
         self._arena = arena.astype(np.uint8) * 255
         signal = cv2.subtract(np.rint(ground).astype(np.uint8), picture)
-        signal = cv2.GaussianBlur(cv2.bitwise_and(signal, self._arena), (3, 3), 0)
+        signal = smoothed(np.asarray(cv2.bitwise_and(signal, self._arena), np.uint8))
         noise = noise_of((ground - picture).astype(np.int16)[arena])
         self._threshold = first_threshold(signal, noise)
         everything = whole(picture.shape)
@@ -130,9 +130,7 @@ class Follower:
         self.background.learn(picture, gain, self._hide(picture, gain))
         return found
 
-    def _find(
-        self, picture: Picture, gain: float
-    ) -> tuple[Window, Picture, Picture, Blob | None]:
+    def _find(self, picture: Picture, gain: float) -> tuple[Window, Picture, Picture, Blob | None]:
         """Return window, signal, smoothed signal and object; all of the picture if need be."""
         everything = whole(picture.shape)
         windows = [everything]
@@ -141,8 +139,8 @@ class Follower:
             windows.insert(0, window_around(low, high, MARGIN_PX, picture.shape))
         for window in windows:
             signal = self.background.signal(picture, gain, window)
-            signal = cv2.bitwise_and(signal, self._arena[window])
-            smooth = cv2.GaussianBlur(signal, (3, 3), 0)
+            cv2.bitwise_and(signal, self._arena[window], dst=signal)
+            smooth = smoothed(signal)
             blob = self._pick(find_blobs(smooth, self._threshold, window))
             cut = blob is not None and blob.touches(window) and not blob.touches(everything)
             if blob is not None and not (cut and window is not everything):
@@ -177,20 +175,29 @@ class Follower:
         rough = rough_midline(blob.contour, expected, self._last)
         if rough is not None and self._sound(rough, blob, expected):
             offset = (window[1].start, window[0].start)
-            fine = refine(signal, offset, rough.points, min(rough.width, 1.3 * expected))
+            fine = refine(signal, offset, rough.points, known.width if known else rough.width)
             confidence = _agreement(fine, blob)
             if confidence >= MIN_OVERLAP:
                 self._learn(fine, blob)
-                return _tracked(fine.points, fine.widths, confidence)
+                return Observation(
+                    Status.TRACKED,
+                    fine.u,
+                    fine.v,
+                    fine.points,
+                    fine.widths,
+                    confidence,
+                    mean_width(fine.widths),
+                )
         return self._carry(signal, smooth, window, blob)
 
     def _sound(self, rough: Rough, blob: Blob, width: float) -> bool:
         """Tell whether an outline is that of a body that does not touch itself."""
-        length = arc_length(rough.points)[-1]
-        if blob.hole_area > 0.15 * width**2 or rough.side_ratio > 1.4:
+        length = float(arc_length(rough.points)[-1])
+        if blob.hole_area > 0.15 * width**2 or rough.unequal > 0.3:
             return False
         if self._known is None:
-            return length > 2.5 * rough.width and abs(np.log(length * rough.width / blob.area)) < 0.35
+            off = abs(float(np.log(length * rough.width / blob.area)))
+            return length > 2.5 * rough.width and off < 0.35
         stretch = length / self._known.length
         return 0.75 < stretch < 1.35 and rough.width < 1.35 * width
 
@@ -203,7 +210,7 @@ class Follower:
         else:
             flip = self._last is not None and _nearer_turned(fine.points, self._last)
             widths = fine.widths[::-1] if flip else fine.widths
-            self._known.learn(Fine(fine.points, widths, fine.level, fine.seen), blob.area)
+            self._known.learn(fine, widths, blob.area)
         self._threshold = max(THRESHOLD * self._known.level, 4 * self._noise)
 
     def _carry(self, signal: Picture, smooth: Picture, window: Window, blob: Blob) -> Observation:
@@ -213,7 +220,7 @@ class Follower:
             return Observation(Status.COILED, blob.u, blob.v)
         offset = np.array([window[1].start, window[0].start], np.float64)
         _, above = cv2.threshold(smooth, self._threshold, 255, cv2.THRESH_BINARY)
-        mask = cv2.bitwise_and(draw_blob(blob, window), above)
+        mask = np.asarray(cv2.bitwise_and(draw_blob(blob, window), above), np.uint8)
         starts = [last - offset]
         if self._before is not None:
             before = self._before
@@ -222,9 +229,13 @@ class Follower:
             starts.append(2 * last - before - offset)
         fits = [fit_body(mask, start, known.widths, known.length) for start in starts]
         best = max(fits, key=lambda fit: fit.overlap)
+        fine = refine(signal, (0, 0), best.points, known.width)
+        sharper = overlap(mask, fine.points, fine.widths)
+        if sharper >= best.overlap - 0.02 and abs(np.log(_length(fine) / known.length)) < 0.1:
+            best = Fit(fine.points, sharper)
         if best.overlap < MIN_OVERLAP:
             return Observation(Status.COILED, blob.u, blob.v)
-        return _tracked(best.points + offset, known.widths, best.overlap)
+        return _carried(best.points + offset, known.widths, best.overlap)
 
     def _hide(self, picture: Picture, gain: float):  # type: ignore[no-untyped-def]
         """Return the function that masks the worm for the background."""
@@ -240,14 +251,18 @@ class Follower:
         return dark
 
 
+def _length(fine: Fine) -> float:
+    return float(arc_length(fine.points)[-1])
+
+
 def mean_width(widths: Floats) -> float:
     """Return the mean over the middle four fifths of the body."""
     cut = len(widths) // 10
     return float(widths[cut : len(widths) - cut].mean())
 
 
-def _tracked(points: Floats, widths: Floats, confidence: float) -> Observation:
-    """Return the observation of a midline; the centroid is that of the body's area."""
+def _carried(points: Floats, widths: Floats, confidence: float) -> Observation:
+    """Return the observation of a carried midline; the centroid is that of the body's area."""
     steps = np.gradient(arc_length(points)) * widths
     u, v = (points * steps[:, None]).sum(0) / steps.sum()
     return Observation(
@@ -257,8 +272,7 @@ def _tracked(points: Floats, widths: Floats, confidence: float) -> Observation:
 
 def _agreement(fine: Fine, blob: Blob) -> float:
     """Return how well a refined body explains the object: areas and edges found."""
-    area = float((np.gradient(arc_length(fine.points)) * fine.widths).sum())
-    return min(area, blob.area) / max(area, blob.area) * fine.seen
+    return min(fine.area, blob.area) / max(fine.area, blob.area) * fine.seen
 
 
 def _thickness(blob: Blob, window: Window) -> float:
@@ -271,5 +285,3 @@ def _nearer_turned(points: Floats, last: Floats) -> bool:
     """Tell whether a midline lies nearer to another one when it is turned round."""
     straight = np.abs(points - last).sum()
     return bool(np.abs(points[::-1] - last).sum() < straight)
-
-

@@ -1,4 +1,4 @@
-"""The light behind a worm that was there from the first frame: what the picture would show there."""
+"""The light behind a worm that was there from the first frame: what one would see without it."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,7 @@ def fit_light(picture: Picture, arena: NDArray[np.bool_]) -> Floats:
     values = picture[v, u].astype(np.float64)
     basis = _polynomial(u / w, v / h)
     keep = values >= np.quantile(values, 0.25)  # most worms are less than a quarter of the view
-    field = np.zeros(basis.shape[1])
+    field: NDArray[np.floating] = np.zeros(basis.shape[1])
     for _ in range(12):
         field, *_ = np.linalg.lstsq(basis[keep], values[keep], rcond=None)
         off = values - basis @ field
@@ -82,7 +82,7 @@ def empty_rig(picture: Picture, geometry: Geometry) -> tuple[Floats, NDArray[np.
     light = fit_light(picture, water)
     ground = picture.astype(np.float32)
     ground[water] = light[water]
-    relative = picture / np.maximum(light, 1.0)
+    relative = np.asarray(picture / np.maximum(light, 1.0), np.float32)
     for chamber in geometry.chambers:
         out = np.hypot(u - chamber.centre_u_px, v - chamber.centre_v_px) - chamber.radius_px
         passage = _fill_passage(ground, relative, light, chamber, u, v, out)

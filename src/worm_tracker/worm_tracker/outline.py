@@ -24,30 +24,48 @@ class Rough:
     points : ndarray, shape (POINTS, 2)
         (u, v); which end comes first means nothing.
     width : float
-        Mean distance of the sides.
+        Area over length.
     end_turn : float
         Turn of the outline at the blunter end, radians: near π for a free end.
-    side_ratio : float
-        Length of the longer side over the shorter one.
+    unequal : float
+        Difference of the sides' lengths, less what the bend of the body explains, over its length.
     """
 
     points: Floats
     width: float
     end_turn: float
-    side_ratio: float
+    unequal: float
 
 
 def arc_length(curve: Floats) -> Floats:
     """Return the arc length along a polyline (n, 2), from zero."""
-    d = np.diff(curve, axis=0)
-    return np.concatenate([[0.0], np.cumsum(np.hypot(d[:, 0], d[:, 1]))])
+    d = curve[1:] - curve[:-1]
+    s = np.zeros(len(curve))
+    np.cumsum(np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1]), out=s[1:])
+    return s
+
+
+def at_arc(curve: Floats, s: Floats, at: Floats) -> Floats:
+    """Return the points of a polyline with arc lengths `s` at the arc lengths `at`."""
+    out = np.empty((len(at), 2))
+    out[:, 0] = np.interp(at, s, curve[:, 0])
+    out[:, 1] = np.interp(at, s, curve[:, 1])
+    return out
+
+
+def tangents(curve: Floats) -> Floats:
+    """Return the unit tangents of a curve in the order of its points."""
+    d = np.empty_like(curve)
+    d[1:-1] = curve[2:] - curve[:-2]
+    d[0], d[-1] = curve[1] - curve[0], curve[-1] - curve[-2]
+    norm = np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1])
+    return np.asarray(d / np.maximum(norm, 1e-9)[:, None])
 
 
 def resample(curve: Floats, count: int) -> Floats:
     """Return `count` points at equal steps along a polyline."""
     s = arc_length(curve)
-    grid = np.linspace(0.0, s[-1], count)
-    return np.stack([np.interp(grid, s, curve[:, k]) for k in (0, 1)], axis=1)
+    return at_arc(curve, s, np.linspace(0.0, s[-1], count))
 
 
 def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None) -> Rough | None:
@@ -86,14 +104,25 @@ def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None)
     one = loop[i : j + 1]
     other = np.concatenate([loop[j:], loop[: i + 1]])[::-1]
     a, b = resample(one, POINTS), resample(other, POINTS)
-    gaps = np.hypot(*(a - b).T)[POINTS // 8 : -POINTS // 8]
-    lengths = sorted([arc_length(one)[-1], arc_length(other)[-1]])
+    points = (a + b) / 2
+    # The outline runs through the centres of edge pixels: half a pixel is missing all round.
+    u, v = contour[:, 0].astype(np.float64), contour[:, 1].astype(np.float64)
+    area = abs(float(u @ np.roll(v, -1) - v @ np.roll(u, -1))) / 2 + len(contour) / 2
+    length = max(float(arc_length(points)[-1]), 1.0)
+    difference = abs(float(arc_length(one)[-1] - arc_length(other)[-1]))
     return Rough(
-        points=(a + b) / 2,
-        width=float(gaps.mean()) + 1.0,  # the outline runs through the centres of edge pixels
+        points=points,
+        width=area / length,
         end_turn=float(min(turn[i], turn[j])),
-        side_ratio=float(lengths[1] / max(lengths[0], 1.0)),
+        unequal=abs(difference - area / length * abs(_bend(points))) / length,
     )
+
+
+def _bend(points: Floats) -> float:
+    """Return the angle by which a curve turns from end to end, its very ends left out."""
+    d = np.diff(points[4:-4:4], axis=0)
+    angle = np.unwrap(np.arctan2(d[:, 1], d[:, 0]))
+    return float(angle[-1] - angle[0])
 
 
 def _smooth_loop(contour: NDArray[np.int32], width: float) -> Floats:
@@ -121,7 +150,7 @@ def _turn(loop: Floats, step: int) -> Floats:
     area = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
     # Past a half turn (a thin tail) the angle wraps: a sharp end is convex, never concave.
     signed = angle * np.sign(area)
-    return np.where(signed < -2.6, signed + 2 * np.pi, signed)
+    return np.asarray(np.where(signed < -2.6, signed + 2 * np.pi, signed))
 
 
 def _peaks(turn: Floats, step: int) -> NDArray[np.int64]:

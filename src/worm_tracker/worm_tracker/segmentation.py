@@ -121,6 +121,11 @@ def pick(blobs: list[Blob], area: float, u: float, v: float, reach: float) -> Bl
     return best
 
 
+def smoothed(signal: Picture) -> Picture:
+    """Return the signal with the noise of single pixels taken off."""
+    return np.asarray(cv2.GaussianBlur(signal, (3, 3), 0), np.uint8)
+
+
 def noise_of(signal: NDArray[np.int16]) -> float:
     """Return the robust standard deviation of a signal that is mostly noise about zero."""
     sparse = signal.ravel()[:: max(1, signal.size // 20000)].astype(np.float64)

@@ -61,7 +61,7 @@ def tracked_frame(
         frame_id=chamber.name if chamber else CAMERA,
         where=_where(chamber, anchor) if body else Where.UNKNOWN,
         status=seen.status,
-        geometry=geometry.version if geometry else 0,
+        geometry=geometry.version if chamber and geometry else 0,
         confidence=seen.confidence,
         head_certainty=head_certainty if body else 0.5,
         head=head,

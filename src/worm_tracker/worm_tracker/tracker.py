@@ -131,7 +131,7 @@ class Tracker:
         if bad:
             return Observation(Status.BAD_IMAGE)
         if self._parameters.polarity is Polarity.BRIGHT:
-            picture = cv2.bitwise_not(picture)
+            picture = np.asarray(cv2.bitwise_not(picture), np.uint8)
         if self._follower is None:
             return self._begin(picture, stamp_ns)
         if not _informative(picture):
@@ -149,9 +149,7 @@ class Tracker:
             self._why = error
             if self._failures >= self._parameters.calibration_frames:
                 self._give_up()
-            return Observation(
-                Status.NO_CHAMBER if _informative(picture) else Status.BAD_IMAGE
-            )
+            return Observation(Status.NO_CHAMBER if _informative(picture) else Status.BAD_IMAGE)
         self._shape = picture.shape
         self._follower = Follower(picture, self.geometry)
         return self._follower.push(picture)

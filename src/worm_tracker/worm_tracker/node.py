@@ -1,0 +1,243 @@
+"""The tracker as a ROS node: pictures in, `worm/*` and `chamber/*` out, a state for every frame."""
+
+import sys
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import UInt64, UInt64MultiArray
+
+from worm_msgs_py import convert, topics
+from worm_msgs_py.body import TrackedFrame
+from worm_msgs_py.chamber import Geometry
+from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.interfaces import RESULTS
+from worm_msgs_py.ledger import Ledger
+from worm_msgs_py.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
+from worm_tracker.errors import BadInput, BadPicture
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.pictures import PictureDecoder
+from worm_tracker.source_node import TICK_S, stop_on_signals
+from worm_tracker.tracker import Tracker
+
+NAME = "tracker"
+_NS = 1_000_000_000
+_POSES = {
+    topics.WORM_HEAD: "head",
+    topics.WORM_CENTROID: "centroid",
+    topics.WORM_TAIL: "tail",
+}
+_OUT = {topics.CHAMBER, topics.CHAMBER_GEOMETRY, topics.WORM_STATE, topics.WORM_MIDLINE, *_POSES}
+
+DESCRIPTIONS = {
+    "polarity": "How the worm looks against its surroundings: dark or bright.",
+    "no_chamber": "The pictures show no rig: nothing is looked for.",
+    "radius_m": "Known radius R of the chamber, m; gives the scale.",
+    "centre_u_px": "The wall's circle where it is given: u of its centre, px; NaN: looked for.",
+    "centre_v_px": "The wall's circle where it is given: v of its centre, px; NaN: looked for.",
+    "radius_px": "The wall's circle where it is given: its radius, px; NaN: looked for.",
+    "exit_deg": "Direction of the exit, degrees counter-clockwise from the picture's right; NaN: "
+    "looked for.",
+    "px_per_mm": "Scale of pictures without a chamber; NaN: unknown.",
+    "hold_back_frames": "Most frames that wait for the decision which end is the head.",
+    "calibration_frames": "Pictures that may fail to show a chamber before the tracker gives up.",
+}
+
+
+class TrackerNode(Node):
+    """Tracks the worm in the pictures of one source.
+
+    Parameters
+    ----------
+    **node_arguments
+        As for `rclpy.node.Node`.
+
+    Notes
+    -----
+    ROS parameters, read once: those of `TrackerParameters`, and ``live`` (false), which takes the
+    latest picture of a driver that is not ours (best effort) where otherwise none may be skipped.
+
+    A picture that cannot be decoded is a frame with the status ``bad_image``. When as many frames
+    have been taken as `flow/end` says, those held back are published and the end is announced.
+
+    Raises
+    ------
+    BadInput
+        Where a parameter is out of range, or no chamber is found (out of the executor).
+    """
+
+    def __init__(self, **node_arguments: Any):
+        super().__init__(NAME, start_parameter_services=False, **node_arguments)
+        try:
+            parameters, self._live = self._read_parameters()
+        except BaseException:
+            self.destroy_node()
+            raise
+        self._tracker = Tracker(parameters)
+        self._decoder = PictureDecoder()
+        self._kind: type | None = None
+        self._announced = 0
+        self._taken = self._given = 0
+        self._first_ns = self._last_ns = 0
+        self._next_report_ns: int | None = None
+        self._expected: int | None = None
+        self._done = False
+        self._ledger = Ledger(self)
+        self._out = {
+            topic: self._ledger.publisher(kind, topic, qos)
+            for topic, (kind, qos) in RESULTS.items()
+            if topic in _OUT
+        }
+        self._flow = self.create_publisher(UInt64MultiArray, topics.FLOW_TRACKED, FLOW)
+        self._diagnostics = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, RESULT)
+        qos = IMAGE_LIVE if self._live else IMAGE_REPLAY
+        self.create_subscription(Image, topics.IMAGE, self._on_picture, qos)
+        self.create_subscription(CompressedImage, topics.IMAGE_COMPRESSED, self._on_picture, qos)
+        self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
+
+    @property
+    def done(self) -> bool:
+        """Whether every frame was taken and given, and the end was announced."""
+        return self._done
+
+    @property
+    def missing(self) -> str:
+        """What is still to come, for people."""
+        if self._done:
+            return ""
+        expected = "?" if self._expected is None else self._expected
+        return f"{self._taken} of {expected} frames have come"
+
+    def _read_parameters(self) -> tuple[TrackerParameters, bool]:
+        values = {}
+        for field in fields(TrackerParameters):
+            default = str(field.default) if field.name == "polarity" else field.default
+            descriptor = ParameterDescriptor(description=DESCRIPTIONS[field.name], read_only=True)
+            values[field.name] = self.declare_parameter(field.name, default, descriptor).value
+        about = "Take the latest picture of a driver that is not ours, and skip others."
+        descriptor = ParameterDescriptor(description=about, read_only=True)
+        live = bool(self.declare_parameter("live", False, descriptor).value)
+        return TrackerParameters(**values), live
+
+    def _on_picture(self, msg: Any) -> None:
+        kind = type(msg)
+        self._kind = self._kind or kind
+        if self._done or kind is not self._kind:
+            return  # a camera that offers both forms sends each frame twice
+        try:
+            picture = self._decoder.decode(msg)
+        except BadPicture:
+            picture = np.empty((0, 0), np.uint8)
+        self._last_ns = convert.stamp_to_ns(msg.header.stamp)
+        if not self._taken:
+            self._first_ns = self._last_ns
+        self._taken += 1
+        given = self._tracker.push(picture, self._last_ns)
+        self._announce_geometry()
+        self._publish(given)
+        self._finish_if_whole()
+        self._report()
+
+    def _on_end(self, msg: UInt64) -> None:
+        self._expected = convert.count_from_msg(msg)
+        self._finish_if_whole()
+
+    def _announce_geometry(self) -> None:
+        """Publish a new geometry before the first state that rests on it."""
+        geometry: Geometry | None = self._tracker.geometry
+        if geometry is None or geometry.version == self._announced:
+            return
+        self._announced = geometry.version
+        self._out[topics.CHAMBER_GEOMETRY].publish(convert.geometry_to_msg(geometry))
+        if geometry.chambers:
+            self._out[topics.CHAMBER].publish(convert.geometry_to_markers(geometry))
+
+    def _publish(self, given: list[TrackedFrame]) -> None:
+        """Publish what is ready, and how much was taken and given."""
+        for tracked in given:
+            state = tracked.state
+            self._out[topics.WORM_STATE].publish(convert.body_state_to_msg(state))
+            if len(tracked.midline.u_px):
+                for topic, name in _POSES.items():
+                    pose = convert.keypoint_to_pose(state, getattr(state, name))
+                    self._out[topic].publish(pose)
+                self._out[topics.WORM_MIDLINE].publish(
+                    convert.midline_to_msg(tracked.midline, state)
+                )
+        self._given += len(given)
+        self._flow.publish(convert.counts_to_msg((self._taken, self._given)))
+
+    def _finish_if_whole(self) -> None:
+        if self._done or self._expected is None:
+            return
+        if self._taken != self._expected and not self._live:
+            return
+        self._publish(self._tracker.finish())
+        self._done = True
+        self._report(at_once=True)
+        self._ledger.announce()
+
+    def _report(self, at_once: bool = False) -> None:
+        """Publish the counts on `/diagnostics`, once a second of stamps."""
+        due = self._next_report_ns is None or self._last_ns >= self._next_report_ns
+        if not due and not at_once:
+            return
+        self._next_report_ns = self._last_ns + _NS
+        span_s = (self._last_ns - self._first_ns) / _NS
+        values: dict[str, object] = {
+            "frames in": self._taken,
+            "frames out": self._given,
+            "frames held back": self._tracker.held,
+            "frames per second, by stamps": f"{(self._taken - 1) / span_s:.3f}" if span_s else "",
+            "head and tail exchanged": self._tracker.swaps,
+        }
+        for status, count in sorted(self._tracker.statuses.items()):
+            values[f"status {status.label}"] = count
+        report = DiagnosticStatus(
+            level=DiagnosticStatus.OK,
+            name=NAME,
+            message="ended" if self._done else "running",
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+        )
+        self._diagnostics.publish(
+            DiagnosticArray(header=header(self._last_ns, ""), status=[report])
+        )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node alone until it is told to stop (SIGINT, SIGTERM).
+
+    Returns
+    -------
+    int
+        0, or 2 where a parameter is bad or no chamber is found.
+    """
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    executor = SingleThreadedExecutor()
+    node = None
+    try:
+        with stop_on_signals() as stop:
+            node = TrackerNode()
+            executor.add_node(node)
+            while not stop.is_set():
+                executor.spin_once(timeout_sec=TICK_S)
+    except (BadInput, InvalidParameterTypeException) as error:
+        print(f"{NAME}: {error}", file=sys.stderr)
+        return 2
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
