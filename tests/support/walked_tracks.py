@@ -48,7 +48,7 @@ class Track:
             frame=frame,
             stamp_ns=int(self.stamp_ns[frame]),
             frame_id=chamber.name,
-            where=self.where[frame] if tracked else Where.UNKNOWN,
+            where=Where(int(self.where[frame])) if tracked else Where.UNKNOWN,
             status=Status.TRACKED if tracked else Status.NO_WORM,
             geometry=1,
             head=point(self.head, self.yaw[frame]),

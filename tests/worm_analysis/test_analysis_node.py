@@ -1,0 +1,153 @@
+"""The node: one message a state, whatever the order in which states, geometry and end come."""
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from std_msgs.msg import UInt64
+from walked_tracks import GEOMETRY, slides_and_hops
+
+from worm_analysis.analysis import Analysis
+from worm_analysis.node import DESCRIPTIONS, AnalysisNode
+from worm_analysis.parameters import AnalysisParameters
+from worm_msgs_py import convert, topics
+from worm_msgs_py.interfaces import RESULTS
+from worm_msgs_py.ledger import read_announcement
+from worm_msgs_py.qos import FLOW
+from worm_tracker.source_node import drain
+
+ANALYSIS = [topic for topic in topics.RESULTS if topic.startswith("analysis/")]
+
+
+class Surroundings(Node):
+    """Stands for tracker, source and recorder: sends states, keeps what the analysis says."""
+
+    def __init__(self, context):
+        super().__init__("surroundings", context=context, start_parameter_services=False)
+        self.got = {topic: [] for topic in ANALYSIS}
+        self.announced = []
+        for topic in ANALYSIS:
+            kind, qos = RESULTS[topic]
+            self.create_subscription(kind, topic, self.got[topic].append, qos)
+        self.create_subscription(
+            DiagnosticStatus, topics.FLOW_FINISHED, self.announced.append, FLOW
+        )
+        self._state = self.create_publisher(*self._of(topics.WORM_STATE))
+        self._geometry = self.create_publisher(*self._of(topics.CHAMBER_GEOMETRY))
+        self._end = self.create_publisher(UInt64, topics.FLOW_END, FLOW)
+
+    def _of(self, topic):
+        kind, qos = RESULTS[topic]
+        return kind, topic, qos
+
+    def send_state(self, state):
+        self._state.publish(convert.body_state_to_msg(state))
+
+    def send_geometry(self):
+        self._geometry.publish(convert.geometry_to_msg(GEOMETRY))
+
+    def send_end(self, frames):
+        self._end.publish(convert.count_to_msg(frames))
+
+
+@pytest.fixture
+def graph(ros_context):
+    """A graph of the node and its surroundings; `settle` runs all that is ready."""
+    executor = SingleThreadedExecutor(context=ros_context)
+    nodes = Surroundings(ros_context), AnalysisNode(context=ros_context)
+    for node in nodes:
+        executor.add_node(node)
+    yield *nodes, lambda: drain(executor)
+    executor.shutdown()
+    for node in nodes:
+        node.destroy_node()
+
+
+STATES = slides_and_hops(0, 45.0, 20.0).states()
+
+
+def core_results():
+    analysis = Analysis()
+    analysis.set_geometry(GEOMETRY)
+    results = [analysis.push(state) for state in STATES]
+    events = [event for _, closed in results for event in closed] + analysis.finish()
+    return analysis, [observables for observables, _ in results], events
+
+
+def test_the_node_says_what_the_core_says(graph):
+    surroundings, node, settle = graph
+    surroundings.send_geometry()
+    for state in STATES:
+        surroundings.send_state(state)
+        settle()
+    assert not node.done
+    surroundings.send_end(len(STATES))
+    settle()
+    assert node.done
+    assert node.missing == ""
+    analysis, observables, events = core_results()
+    got = surroundings.got
+    rows = [convert.observables_from_msg(msg) for msg in got[topics.ANALYSIS_STATE]]
+    assert repr(rows) == repr(observables)
+    told = [event for msg in got[topics.ANALYSIS_EVENTS] for event in convert.events_from_msg(msg)]
+    assert repr(told) == repr(events)
+    summaries = got[topics.ANALYSIS_SUMMARY]
+    assert len(summaries) == 5, "every 10 s of stamps, and at the end"
+    assert repr(convert.quantities_from_msg(summaries[-1])) == repr(tuple(analysis.summary()))
+    last = convert.correlation_from_msg(got[topics.ANALYSIS_CORRELATION][-1])
+    assert last.pairs.tolist() == analysis.correlation().pairs.tolist()
+    names = [
+        convert.distribution_from_msg(msg).name for msg in got[topics.ANALYSIS_DISTRIBUTIONS][-9:]
+    ]
+    assert names == [item.name for item in analysis.distributions()]
+
+
+def test_states_wait_for_the_geometry_that_they_rest_on(graph):
+    surroundings, node, settle = graph
+    surroundings.send_end(len(STATES))
+    for state in STATES:
+        surroundings.send_state(state)
+    settle()
+    assert surroundings.got[topics.ANALYSIS_STATE] == []
+    assert node.missing == "frame 0 waits for geometry 1"
+    surroundings.send_geometry()
+    settle()
+    _, observables, _ = core_results()
+    rows = [convert.observables_from_msg(m) for m in surroundings.got[topics.ANALYSIS_STATE]]
+    assert repr(rows) == repr(observables)
+    assert node.done
+
+
+def test_the_announcement_counts_every_message(graph):
+    surroundings, _, settle = graph
+    surroundings.send_geometry()
+    for state in STATES:
+        surroundings.send_state(state)
+    surroundings.send_end(len(STATES))
+    settle()
+    (announcement,) = [read_announcement(msg) for msg in surroundings.announced]
+    assert announcement == (
+        "analysis",
+        {topic: len(surroundings.got[topic]) for topic in ANALYSIS},
+    )
+
+
+def test_an_empty_trial_ends_too(graph):
+    surroundings, node, settle = graph
+    surroundings.send_end(0)
+    settle()
+    assert node.done
+    summary = convert.quantities_from_msg(surroundings.got[topics.ANALYSIS_SUMMARY][-1])
+    assert all(quantity.value is None and quantity.why for quantity in summary)
+
+
+def test_parameters_reach_the_core_and_a_bad_one_is_refused(ros_context):
+    assert DESCRIPTIONS.keys() == AnalysisParameters.__dataclass_fields__.keys()
+    given = [Parameter("body_width_m", value=3e-4), Parameter("minimum_n", value=5)]
+    node = AnalysisNode(context=ros_context, parameter_overrides=given)
+    assert node._parameters == AnalysisParameters(body_width_m=3e-4, minimum_n=5)
+    node.destroy_node()
+    bad = [Parameter("max_gap_s", value=-1.0)]
+    with pytest.raises(ValueError, match=r"max_gap_s is -1\.0"):
+        AnalysisNode(context=ros_context, parameter_overrides=bad)
