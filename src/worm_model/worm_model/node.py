@@ -1,0 +1,173 @@
+"""Node `model`: runs the boundary walk on each summary of the analysis."""
+
+import signal
+import sys
+from collections import deque
+from dataclasses import fields
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+
+from worm_model.comparison import ModelParameters, can_compare, compare
+from worm_msgs_py import Geometry, Quantity, convert, topics
+from worm_msgs_py.interfaces import RESULTS
+from worm_msgs_py.ledger import Ledger, read_announcement
+from worm_msgs_py.qos import FLOW
+
+NAME = "model"
+ANALYSIS = "analysis"
+DESCRIPTIONS = {
+    "walks": "number of walks of the Monte Carlo",
+    "seed": "seed of the Monte Carlo",
+    "rule": "what a reversal counts: per_cycle, per_phase or rate",
+    "hop_may_land": "whether a hop that ends above the exit finds it",
+    "effective_width": "whether the exit is sqrt(W^2 + h^2) wide",
+    "longest_lag_s": "longest lag of the model's C_theta",
+    "lag_step_s": "step of its lags",
+}
+"""Of the node's parameters, which are the fields of `ModelParameters`, one for one."""
+
+
+class ModelNode(Node):
+    """Holds the boundary walk against the trial, anew with each summary.
+
+    Parameters (read once)
+    ----------------------
+    Those of `ModelParameters`.
+
+    A summary that can be compared is held back until a geometry has come: R and h are those of the
+    rig and the same in each version. Summaries without an exit, or with nothing measured yet, give
+    no message. When as many summaries have come as the analysis announced, the end is announced.
+
+    Raises
+    ------
+    ValueError
+        Where a parameter is out of range.
+    """
+
+    def __init__(self, **node_arguments: Any):
+        super().__init__(NAME, start_parameter_services=False, **node_arguments)
+        try:
+            self._parameters = self._read_parameters()
+        except BaseException:
+            self.destroy_node()
+            raise
+        self._geometry: Geometry | None = None
+        self._waiting: deque[tuple[tuple[Quantity, ...], int]] = deque()
+        self._received = 0
+        self._announced: int | None = None
+        self._done = False
+        ledger = self._ledger = Ledger(self)
+        self._comparison, self._correlation = (
+            ledger.publisher(RESULTS[topic][0], topic, RESULTS[topic][1])
+            for topic in (topics.MODEL_COMPARISON, topics.MODEL_CORRELATION)
+        )
+        for topic, on_message in (
+            (topics.CHAMBER_GEOMETRY, self._on_geometry),
+            (topics.ANALYSIS_SUMMARY, self._on_summary),
+        ):
+            kind, qos = RESULTS[topic]
+            self.create_subscription(kind, topic, on_message, qos)
+        self.create_subscription(
+            DiagnosticStatus, topics.FLOW_FINISHED, self._on_announcement, FLOW
+        )
+
+    @property
+    def done(self) -> bool:
+        """Whether every summary was taken and the end was announced."""
+        return self._done
+
+    @property
+    def missing(self) -> str:
+        """What is still to come, for people."""
+        if self._done:
+            return ""
+        if self._waiting:
+            return f"{len(self._waiting)} summaries wait for a geometry"
+        announced = "?" if self._announced is None else self._announced
+        return f"{self._received} of {announced} summaries have come"
+
+    def _read_parameters(self) -> ModelParameters:
+        values = {}
+        for field in fields(ModelParameters):
+            descriptor = ParameterDescriptor(description=DESCRIPTIONS[field.name], read_only=True)
+            values[field.name] = self.declare_parameter(field.name, field.default, descriptor).value
+        return ModelParameters(**values)
+
+    def _on_geometry(self, msg: JointState) -> None:
+        geometry = convert.geometry_from_msg(msg)
+        if geometry.chambers:
+            self._geometry = geometry
+            self._take_waiting()
+
+    def _on_summary(self, msg: DiagnosticArray) -> None:
+        self._received += 1
+        quantities = convert.quantities_from_msg(msg)
+        if can_compare(quantities):
+            self._waiting.append((quantities, convert.stamp_to_ns(msg.header.stamp)))
+        self._take_waiting()
+
+    def _on_announcement(self, msg: DiagnosticStatus) -> None:
+        name, sent = read_announcement(msg)
+        if name == ANALYSIS:
+            self._announced = sent[topics.ANALYSIS_SUMMARY]
+            self._finish_if_whole()
+
+    def _take_waiting(self) -> None:
+        while self._waiting and self._geometry is not None:
+            quantities, stamp_ns = self._waiting.popleft()
+            comparison, correlation = compare(
+                quantities, self._geometry, stamp_ns, self._parameters
+            )
+            self._comparison.publish(convert.comparison_to_msg(comparison))
+            self._correlation.publish(convert.correlation_to_msg(correlation, stamp_ns))
+        self._finish_if_whole()
+
+    def _finish_if_whole(self) -> None:
+        if self._done or self._waiting or self._received != self._announced:
+            return
+        self._done = True
+        self._ledger.announce()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node alone until it is told to stop (SIGINT, SIGTERM).
+
+    Returns
+    -------
+    int
+        0, or 2 where a parameter is bad.
+    """
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    executor = SingleThreadedExecutor()
+    stopping = False
+
+    def stop(*_: object) -> None:
+        nonlocal stopping
+        stopping = True
+
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
+    try:
+        node = ModelNode()
+    except (ValueError, InvalidParameterTypeException) as error:
+        print(f"model: {error}", file=sys.stderr)
+        rclpy.try_shutdown()
+        return 2
+    executor.add_node(node)
+    while not stopping:
+        executor.spin_once(timeout_sec=0.1)
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
