@@ -10,7 +10,6 @@ from worm_analysis.blocks import BlockSums, jackknife_half_width
 from worm_analysis.distributions import ExcessSums
 from worm_analysis.running_median import RunningMedian
 from worm_analysis.statistics import (
-    circular_smoothing,
     decay_over_constant,
     exponential_mean,
     fraction,
@@ -98,14 +97,6 @@ def test_a_peak_lies_between_bins_and_an_end_is_no_peak():
     peak, none = peak_positions(rows, centres)
     assert peak == pytest.approx(30.7, abs=0.05)
     assert np.isnan(none)
-
-
-def test_smoothing_on_a_circle_keeps_the_sum_and_has_no_seam():
-    matrix = circular_smoothing(180, 4.0)
-    np.testing.assert_allclose(matrix.sum(axis=0), 1.0)
-    spike = np.zeros(180)
-    spike[0] = 1.0
-    assert (spike @ matrix)[1] == pytest.approx((spike @ matrix)[-1])
 
 
 @given(st.lists(st.floats(0, 1.99e-3), min_size=1, max_size=200))

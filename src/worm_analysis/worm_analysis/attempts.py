@@ -156,10 +156,10 @@ def stroke_phase(lengths: deque[tuple[int, float]]) -> StrokePhase:
     length = np.array([value for _, value in lengths])
     t -= t.mean()
     length -= length.mean()
-    spread = float(t @ t)
-    slope = float(t @ length) / spread if spread > 0 else nan
+    spread = float(np.sum(t * t))
+    slope = float(np.sum(t * length)) / spread if spread > 0 else nan
     residual = length - slope * t
-    error = sqrt(float(residual @ residual) / (n - 2) / spread) if spread > 0 else nan
+    error = sqrt(float(np.sum(residual * residual)) / (n - 2) / spread) if spread > 0 else nan
     if slope > 2 * error:
         return StrokePhase.ELONGATION
     if slope < -2 * error:

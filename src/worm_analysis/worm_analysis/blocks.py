@@ -10,6 +10,9 @@ from worm_analysis.angular_motion import NS
 
 Floats = NDArray[np.float64]
 
+Columns = slice | list[int]
+EVERY = slice(None)
+
 MOST_BLOCKS = 128
 FEWEST_BLOCKS = 8
 
@@ -59,15 +62,20 @@ class BlockSums:
         total: Floats = self._rows[: self._used].sum(axis=0)
         return total
 
-    def levels(self) -> Iterator[Floats]:
+    def levels(self, columns: Columns = EVERY) -> Iterator[Floats]:
         """Yield the blocks, then pairs of them, and so on, while there are at least eight.
+
+        Parameters
+        ----------
+        columns : slice or sequence of int
+            The part of the vector that is wanted.
 
         Yields
         ------
-        ndarray, shape (blocks, size)
+        ndarray, shape (blocks, columns)
             Blocks in which nothing was summed are left out.
         """
-        rows = self._rows[: self._used]
+        rows = self._rows[: self._used, columns]
         while True:
             filled = rows[np.any(rows != 0.0, axis=1)]
             if len(filled) < FEWEST_BLOCKS:
@@ -79,7 +87,10 @@ class BlockSums:
 
 
 def jackknife_half_width(
-    blocks: BlockSums, estimate: Callable[[Floats], Floats], level: float = 0.95
+    blocks: BlockSums,
+    estimate: Callable[[Floats], Floats],
+    columns: Columns = EVERY,
+    level: float = 0.95,
 ) -> float | None:
     """Return the half width of the confidence interval of an estimate from sums.
 
@@ -92,7 +103,9 @@ def jackknife_half_width(
     blocks : BlockSums
         The sums.
     estimate : callable
-        Maps sums of shape (m, size) to m estimates.
+        Maps sums of shape (m, columns) to m estimates.
+    columns : slice or sequence of int
+        The part of the sums that it needs.
     level : float
         Confidence.
 
@@ -102,7 +115,7 @@ def jackknife_half_width(
         None where there are fewer than eight blocks, or an estimate without one of them is NaN.
     """
     widest: float | None = None
-    for rows in blocks.levels():
+    for rows in blocks.levels(columns):
         left_out = estimate(rows.sum(axis=0) - rows)
         k = len(rows)
         error = float(np.sqrt((k - 1) / k * np.sum((left_out - left_out.mean()) ** 2)))

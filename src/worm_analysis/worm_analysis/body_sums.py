@@ -47,10 +47,10 @@ class BodySums:
             return 0, nan, None
 
         def estimate(sums: Floats) -> Floats:
-            return histogram_median(sums[:, part]) * bin_m
+            return histogram_median(sums) * bin_m
 
-        value = float(estimate(self._blocks.total()[None])[0])
-        return n, value, jackknife_half_width(self._blocks, estimate)
+        value = float(estimate(counts[None])[0])
+        return n, value, jackknife_half_width(self._blocks, estimate, part)
 
 
 def histogram_median(counts: Floats) -> Floats:

@@ -159,7 +159,8 @@ class SignCorrelation:
         leverage = float(np.sum(pairs * slope**2))
         widest: float | None = None
         for rows in self._blocks.levels():
-            response, k = self._residuals(rows, c) @ slope / leverage, len(rows)
+            response = np.sum(self._residuals(rows, c) * slope, axis=1) / leverage
+            k = len(rows)
             error = float(np.sqrt(np.sum(response**2) * (k / (k - 1))))
             half = float(stdtrit(k - 1, 0.975)) * error
             widest = half if widest is None else max(widest, half)
@@ -194,11 +195,11 @@ def fit_decay_time(lag_s: Floats, c: Floats, pairs: NDArray[np.int64]) -> float:
     shortest, longest = np.log(lag[0] / 3), np.log(lag[-1] * 10)
 
     def misfit(log_t: float) -> float:
-        return float(weight @ (value - np.exp(-lag / np.exp(log_t))) ** 2)
+        return float(np.sum(weight * (value - np.exp(-lag / np.exp(log_t))) ** 2))
 
     grid = np.linspace(shortest, longest, 120)
-    misfits = np.exp(-lag / np.exp(grid)[:, None])
-    best = int(np.argmin(((value - misfits) ** 2) @ weight))
+    misfits = (value - np.exp(-lag / np.exp(grid)[:, None])) ** 2
+    best = int(np.argmin(np.sum(weight * misfits, axis=1)))
     if best in (0, len(grid) - 1):
         return float("nan")
     found = minimize_scalar(

@@ -5,10 +5,11 @@ from math import nan, pi, sin
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from worm_analysis.blocks import BlockSums, jackknife_half_width
 from worm_analysis.distributions import bin_centres
-from worm_analysis.statistics import circular_smoothing, line_smoothing, peak_positions
+from worm_analysis.statistics import peak_positions
 from worm_msgs_py import Distribution, Observables
 
 Floats = NDArray[np.float64]
@@ -108,9 +109,7 @@ class FrameSums:
 
     def histogram(self, name: str) -> NDArray[np.int64]:
         """Return the counts of one of the histograms."""
-        counts: NDArray[np.int64] = np.rint(_slice(self._blocks.total()[None], name)[0]).astype(
-            np.int64
-        )
+        counts: NDArray[np.int64] = np.rint(self._blocks.total()[_columns(name)]).astype(np.int64)
         return counts
 
     def distributions(self) -> list[Distribution]:
@@ -133,38 +132,42 @@ class FrameSums:
 
         def estimate(sums: Floats) -> Floats:
             with np.errstate(divide="ignore", invalid="ignore"):
-                quotient: Floats = sums[:, _AT[above]] / sums[:, _AT[below]]
+                quotient: Floats = sums[:, 0] / sums[:, 1]
             return quotient
 
-        return self._with_interval(estimate)
+        return self._with_interval(estimate, [_AT[above], _AT[below]])
 
     def radius_peak(self, name: str) -> Estimate:
         """Return the mode of P(r)/R, from the histogram smoothed with a Gaussian of R/50."""
-        smoothing = line_smoothing(RADIUS_BINS, RADIUS_SMOOTHING_BINS)
         centres = bin_centres(RADIUS_EDGES)
 
         def estimate(sums: Floats) -> Floats:
-            return peak_positions(_slice(sums, name) @ smoothing, centres)
+            smoothed = gaussian_filter1d(sums, RADIUS_SMOOTHING_BINS, axis=1, mode="constant")
+            return peak_positions(smoothed, centres)
 
-        return self._with_interval(estimate)
+        return self._with_interval(estimate, _columns(name))
 
     def angle_peak(self, name: str, sign: int) -> Estimate:
         """Return the mode of P(ψ) on one side of 0, smoothed with a Gaussian of 8°, rad.
 
         NaN where the distribution has no maximum of its own on that side.
         """
-        smoothing = circular_smoothing(ANGLE_BINS, ANGLE_SMOOTHING_BINS)
         side = slice(ANGLE_BINS // 2, None) if sign > 0 else slice(0, ANGLE_BINS // 2)
         centres = bin_centres(ANGLE_EDGES)[side]
 
         def estimate(sums: Floats) -> Floats:
-            return peak_positions((_slice(sums, name) @ smoothing)[:, side], centres)
+            smoothed = gaussian_filter1d(sums, ANGLE_SMOOTHING_BINS, axis=1, mode="wrap")
+            return peak_positions(smoothed[:, side], centres)
 
-        return self._with_interval(estimate)
+        return self._with_interval(estimate, _columns(name))
 
-    def _with_interval(self, estimate: Callable[[Floats], Floats]) -> Estimate:
-        value = float(estimate(self._blocks.total()[None])[0])
-        return value, jackknife_half_width(self._blocks, estimate) if value == value else None
+    def _with_interval(
+        self, estimate: Callable[[Floats], Floats], columns: slice | list[int]
+    ) -> Estimate:
+        value = float(estimate(self._blocks.total()[None, columns])[0])
+        if value != value:
+            return value, None
+        return value, jackknife_half_width(self._blocks, estimate, columns)
 
 
 def _count(row: Floats, name: str, position: float) -> None:
@@ -175,5 +178,5 @@ def _count(row: Floats, name: str, position: float) -> None:
         row[_STARTS[name] + ANGLE_BINS - 1] += 1
 
 
-def _slice(sums: Floats, name: str) -> Floats:
-    return sums[:, _STARTS[name] : _STARTS[name] + _SIZES[name]]
+def _columns(name: str) -> slice:
+    return slice(_STARTS[name], _STARTS[name] + _SIZES[name])

@@ -3,11 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from math import degrees, hypot, isfinite, nan
+from math import degrees, hypot, inf, isfinite, nan
 
 from worm_analysis.body_sums import BodySums
 from worm_analysis.distributions import ExcessSums
 from worm_analysis.episode_sums import PassageSums
+from worm_analysis.frame_sums import RADIUS_EDGES
 from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.statistics import (
     Estimate,
@@ -108,6 +109,7 @@ def _positions(evidence: Evidence) -> list[Quantity]:
             "1",
             int(frames.histogram(name).sum()),
             partial(frames.radius_peak, name),
+            bounds=(0.0, RADIUS_EDGES[-1]),
             items="frames in a chamber",
             why="P(r) has no peak between the centre and 1.2 R",
         )
@@ -120,6 +122,7 @@ def _positions(evidence: Evidence) -> list[Quantity]:
             "deg",
             frames_with_body,
             partial(frames.angle_peak, "psi_b", sign),
+            bounds=(-180.0, 0.0) if sign < 0 else (0.0, 180.0),
             scale=degrees(1.0),
             items="frames with a body angle",
             why="P(ψ_b) has no peak of its own on this side",
@@ -128,7 +131,10 @@ def _positions(evidence: Evidence) -> list[Quantity]:
     ]
     known = int(frames.total("contact_known"))
     touching = partial(frames.ratio, "contact", "contact_known")
-    return [*peaks, tell("contact_fraction", "1", known, touching, items="frames in a chamber")]
+    at_wall = tell(
+        "contact_fraction", "1", known, touching, bounds=(0.0, 1.0), items="frames in a chamber"
+    )
+    return [*peaks, at_wall]
 
 
 def _episodes(evidence: Evidence) -> list[Quantity]:
@@ -195,6 +201,7 @@ def _motion(evidence: Evidence) -> list[Quantity]:
             moving,
             partial(frames.ratio, "speed", "speed_n"),
             scale=1e3,
+            bounds=(0.0, inf),
             items="frames with a speed",
         ),
         tell(
@@ -209,6 +216,7 @@ def _motion(evidence: Evidence) -> list[Quantity]:
             "1/s",
             int(directed_s),
             partial(frames.ratio, "turns_back", "directed_s"),
+            bounds=(0.0, inf),
             items="seconds with a direction",
         ),
     ]
@@ -296,6 +304,7 @@ def _body(evidence: Evidence) -> list[Quantity]:
             n,
             partial(_pair, value, half),
             scale=1e3,
+            bounds=(0.0, inf),
             items="frames with a body and a scale",
         )
         for name, (n, value, half) in (
@@ -318,6 +327,7 @@ def _tell(
     *,
     items: str,
     scale: float = 1.0,
+    bounds: tuple[float, float] = (-inf, inf),
     why: str = "the data do not determine it",
     n_shown: int | None = None,
 ) -> Quantity:
@@ -337,6 +347,8 @@ def _tell(
         What n counts.
     scale : float
         From the estimate's unit to the summary's.
+    bounds : (float, float)
+        Values, in the summary's unit, that the interval cannot go beyond.
     why : str
         What a NaN means.
     n_shown : int or None
@@ -357,11 +369,12 @@ def _tell(
         low, high = result[1], result[2]
     if not isfinite(value):
         return Quantity(name, None, n=shown, unit=unit, paper=paper, why=why)
+    least, most = bounds
     return Quantity(
         name,
         value * scale,
-        finite_or_none(low * scale),
-        finite_or_none(high * scale),
+        finite_or_none(max(least, low * scale) if isfinite(low) else nan),
+        finite_or_none(min(most, high * scale) if isfinite(high) else nan),
         shown,
         unit,
         paper,

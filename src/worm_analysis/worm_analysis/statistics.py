@@ -73,23 +73,6 @@ def poisson_rate(count: int, exposure: float) -> Estimate:
     return count / exposure, low / exposure, _chi2(2 * count + 2, 1 - TAIL) / 2 / exposure
 
 
-def circular_smoothing(n_bins: int, sd_bins: float) -> Floats:
-    """Return the matrix that smooths a histogram on a circle with a Gaussian, shape (n, n)."""
-    offset = np.arange(n_bins)
-    offset = np.minimum(offset, n_bins - offset)
-    kernel = np.exp(-0.5 * (offset / sd_bins) ** 2)
-    index = (np.arange(n_bins)[:, None] - np.arange(n_bins)) % n_bins
-    matrix: Floats = (kernel / kernel.sum())[index]
-    return matrix
-
-
-def line_smoothing(n_bins: int, sd_bins: float) -> Floats:
-    """Return the matrix that smooths a histogram on a line with a Gaussian, shape (n, n)."""
-    offset = np.arange(n_bins)[:, None] - np.arange(n_bins)
-    matrix: Floats = np.exp(-0.5 * (offset / sd_bins) ** 2)
-    return matrix
-
-
 def peak_positions(smoothed: Floats, centres: Floats) -> Floats:
     """Return where each row has its highest value, between bins by a parabola.
 
@@ -142,7 +125,7 @@ def decay_over_constant(edges: Floats, counts: NDArray[np.int64]) -> Estimate:
 
         def of_share(share: float) -> float:
             chance = (1 - share) * decaying + share * even
-            return -float(counts @ np.log(np.maximum(chance, 1e-300)))
+            return -float(np.sum(counts * np.log(np.maximum(chance, 1e-300))))
 
         best = minimize_scalar(of_share, bounds=(0.0, 0.9), method="bounded")
         return float(min(best.fun, of_share(0.0)))
