@@ -177,3 +177,11 @@ def test_two_chambers_face_each_other_and_know_what_they_hold():
     assert rig.where(1400, 320) is Where.CHAMBER_B
     picture = draw(rig, None, 0)
     assert picture[300, 850] > 150 > 100 > picture[340, 850]
+
+
+def test_an_exit_without_width_is_no_exit():
+    picture = draw(replace(RIG, exit_width_mm=0.0), None, 0)
+    chamber = RIG.chambers[0]
+    u, v = chamber.to_pixels(np.linspace(10.2e-3, 13e-3, 30), np.zeros(30))
+    wall = CLEAN.light * CLEAN.wall_transmission
+    assert picture[np.rint(v).astype(int), np.rint(u).astype(int)].max() <= wall + 3

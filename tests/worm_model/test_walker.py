@@ -124,3 +124,11 @@ def test_a_film_does_not_overwrite_and_leaves_no_half(tmp_path):
     write_film(bag, simulate_film(RIG, Walker(), 0.2, 15.0))
     with pytest.raises(FileExistsError, match="exists already"):
         write_film(bag, simulate_film(RIG, Walker(), 0.2, 15.0))
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"speed_mm_s": 0.0}, {"length_mm": float("nan")}, {"reversal_per_cycle": 1.5}]
+)
+def test_a_worm_that_makes_no_sense_is_refused(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        Walker(**wrong)

@@ -1,7 +1,7 @@
 """The head of a simulated worm: it slides along the wall, hops off it, and now and then turns."""
 
 from dataclasses import dataclass
-from math import cos, pi, radians, sin
+from math import cos, inf, pi, radians, sin
 
 import numpy as np
 
@@ -38,6 +38,11 @@ class Walker:
         Amplitude and period of the body's transverse wave.
     seed : int
         The same seed gives the same worm.
+
+    Raises
+    ------
+    ValueError
+        Where a number makes no sense.
     """
 
     length_mm: float = 20.0
@@ -52,6 +57,23 @@ class Walker:
     undulation_mm: float = 0.25
     undulation_s: float = 12.0
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        positive = (
+            "length_mm",
+            "width_mm",
+            "speed_mm_s",
+            "mean_slide_mm",
+            "mean_hop_mm",
+            "mean_excursion_mm",
+            "peristalsis_s",
+            "undulation_s",
+        )
+        for name in positive:
+            if not 0.0 < getattr(self, name) < inf:
+                raise ValueError(f"{name} is {getattr(self, name)}; it must be above 0")
+        if not 0.0 <= self.reversal_per_cycle <= 1.0:
+            raise ValueError(f"reversal_per_cycle is {self.reversal_per_cycle}; it is 0 to 1")
 
 
 class HeadPath:

@@ -51,12 +51,13 @@ def persistence_time_s(parameters: WalkParameters) -> float:
 
 
 def _first_fall(parameters: WalkParameters, step_s: float) -> tuple[float, float]:
-    """Return the two multiples of a step between which C_θ first falls below 1/e."""
+    """Return two times, a few steps apart, between which C_θ first falls below 1/e."""
     advance = expm(_generator(parameters) * step_s)
     state, steps = _at_random_time(parameters), 0
     while state.sum() >= exp(-1.0):
         state, steps = advance @ state, steps + 1
-    return (steps - 1) * step_s, steps * step_s
+    # A step more on either side: at the edge, rounding would decide.
+    return max(steps - 2, 0) * step_s, (steps + 1) * step_s
 
 
 def _at_random_time(parameters: WalkParameters) -> NDArray[np.float64]:

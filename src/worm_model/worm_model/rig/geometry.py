@@ -28,7 +28,7 @@ class Rig:
         picture's right.
     radius_mm, exit_width_mm, passage_length_mm, depth_mm : float
         R, W, L and h. The wall's inner edge is the circle of radius R. The passage is straight,
-        from circle to circle.
+        from circle to circle. W = 0 closes the chamber.
     chamber_b : bool
         Whether there is a chamber at the passage's far end. Without one the passage ends blind;
         it is usually out of the picture.
@@ -120,7 +120,8 @@ class Rig:
         for chamber in self.chambers:
             from_centre = np.hypot(u_px - chamber.centre_u_px, v_px - chamber.centre_v_px)
             np.minimum(distance, from_centre - chamber.radius_px, out=distance)
-        np.minimum(distance, self._passage_distance_px(u_px, v_px), out=distance)
+        if self.exit_width_mm > 0.0:
+            np.minimum(distance, self._passage_distance_px(u_px, v_px), out=distance)
         return distance
 
     def _passage_distance_px(
