@@ -1,0 +1,66 @@
+"""Chooses stretches of a trial that show how the worm moves: steady, and turning back."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_analysis.report.tables import Floats, Results
+
+SPAN_S = 60.0
+WHOLE_S = 90.0
+"""A trial that is not longer is shown whole."""
+FEWEST_KNOWN = 0.9
+DIRECTION_S = 5.0
+
+Indices = NDArray[np.int64]
+
+
+def example_spans(results: Results, count: int = 3) -> list[Indices]:
+    """Return the frames of up to `count` examples, in the order of few to many reversals.
+
+    A trial of up to 90 s is one example. A longer one is cut into stretches of 60 s; those in one
+    chamber with θ_h in 90 % of their frames are ranked by the number of reversals of direction,
+    and the first, the last and those evenly between are taken.
+
+    Parameters
+    ----------
+    results : Results
+        The trial.
+    count : int
+        How many, 1 or more.
+
+    Returns
+    -------
+    list of ndarray of int64
+        Indices of rows, ascending in each; empty where θ_h is not known anywhere long enough.
+    """
+    t_s, theta = results.t_s, results.tracks["theta_h_rad"]
+    if not np.isfinite(theta).any():
+        return []
+    if t_s[-1] <= WHOLE_S:
+        return [np.arange(len(t_s), dtype=np.int64)]
+    where = results.tracks["where"]
+    ranked: list[tuple[int, int, Indices]] = []
+    window = (t_s // SPAN_S).astype(np.int64)
+    for number in range(int(window[-1]) + 1):
+        rows = np.flatnonzero(window == number)
+        if len(rows) == 0 or t_s[rows[-1]] - t_s[rows[0]] < FEWEST_KNOWN * SPAN_S:
+            continue
+        known = np.isfinite(theta[rows])
+        one_place = len(set(where[rows][known])) == 1
+        if one_place and known.mean() >= FEWEST_KNOWN:
+            ranked.append((reversals(t_s[rows], theta[rows]), number, rows))
+    ranked.sort(key=lambda item: item[:2])
+    chosen = np.unique(np.rint(np.linspace(0, len(ranked) - 1, count)).astype(int))
+    return [ranked[index][2] for index in chosen] if ranked else []
+
+
+def reversals(t_s: Floats, theta_rad: Floats) -> int:
+    """Count changes of direction between successive steps of 5 s; NaN frames are left out."""
+    known = np.isfinite(theta_rad)
+    t_s, theta_rad = t_s[known], theta_rad[known]
+    if len(t_s) < 2:
+        return 0
+    at = np.arange(t_s[0], t_s[-1], DIRECTION_S)
+    turned = np.sign(np.diff(np.interp(at, t_s, theta_rad)))
+    turned = turned[turned != 0]
+    return int(np.count_nonzero(turned[1:] != turned[:-1]))

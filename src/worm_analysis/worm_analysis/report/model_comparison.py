@@ -1,0 +1,199 @@
+"""The boundary walk beside the measurement: which numbers it can hold together, and which not."""
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from worm_analysis.report.numbers import plain, value
+from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.symbols import plain_symbol
+from worm_analysis.report.tables import Results
+from worm_analysis.report.theme import COLUMN_IN, INK, MODEL, PAPER_STYLE, new_figure
+from worm_msgs_py import ModelQuantity, Quantity
+
+AGREES, DISAGREES = "agrees", "does not agree"
+MILLI = {"m": "mm", "m/s": "mm/s"}
+READING = (
+    "Each row is one quantity, in units of its measured value: black, the measurement with its "
+    "95 % interval; purple, the boundary walk (slides and hops along the wall, reversing at "
+    "random) with the 95 % interval of its mean; cross, the paper's value. Where the two intervals "
+    "do not overlap, the walk with these parameters does not describe the trial in that respect."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One quantity, measured and modelled, in the units of people.
+
+    Attributes
+    ----------
+    measured, modelled : Quantity
+        Value and 95 % interval; the measured one with n and the paper's value.
+    verdict : str
+        Whether the two intervals overlap, or why that cannot be said.
+    """
+
+    measured: Quantity
+    modelled: Quantity
+    verdict: str
+
+
+def comparison_rows(results: Results) -> list[Row]:
+    """Return what the model node compared, in its order."""
+    if results.comparison is None:
+        return []
+    return [_row(results, quantity) for quantity in results.comparison.quantities]
+
+
+def verdict_in_words(rows: list[Row]) -> list[tuple[str, list[str]]]:
+    """Return the names of the quantities that agree, and of those that do not."""
+    return [
+        (verdict, [row.measured.name for row in rows if row.verdict == verdict])
+        for verdict in (AGREES, DISAGREES)
+    ]
+
+
+def parameters_written(results: Results) -> list[tuple[str, str]]:
+    """Return name and value of each parameter of the walk; metres as millimetres."""
+    if results.comparison is None:
+        return []
+    found = []
+    for name, number in results.comparison.parameters:
+        for suffix, unit in (("_m_s", "mm/s"), ("_m", "mm"), ("_per_s", "1/s"), ("_s", "s")):
+            if name.endswith(suffix):
+                scale = 1e3 if unit.startswith("mm") else 1.0
+                found.append((name.removesuffix(suffix), f"{plain(number * scale, 4)} {unit}"))
+                break
+        else:
+            found.append((name, plain(number, 4)))
+    return found
+
+
+def model_comparison(results: Results) -> Panel:
+    """Return the panel; the table beside it is made from `comparison_rows`."""
+    rows = comparison_rows(results)
+    shown = [row for row in rows if _ratio(row.modelled.value, row.measured.value) is not None]
+    n = f"n\u00a0=\u00a0{len(shown)} quantities that were both measured and modelled"
+    base = {
+        "key": "fig-model",
+        "title": "The boundary walk beside the measurement",
+        "paper": "",
+        "label": "Model",
+        "reading": READING,
+        "n": n,
+    }
+    if not results.chambers:
+        return Panel(**base, why=NO_CHAMBER)
+    if results.comparison is None:
+        return Panel(**base, why="the model was not run on this trial")
+    if not shown:
+        missing = [row.measured for row in rows if row.measured.value is None]
+        why = missing[0].why if missing else ""
+        return Panel(**base, why=why or "no quantity was both measured and modelled")
+    figure = new_figure(COLUMN_IN, 0.9 + 0.27 * len(shown))
+    axes = figure.add_subplot()
+    axes.axvline(1.0, color=INK, linewidth=0.5)
+    for place, row in enumerate(reversed(shown)):
+        _draw_row(axes, place, row)
+    labels = [f"{plain_symbol(row.measured.name)}" for row in reversed(shown)]
+    axes.set_yticks(range(len(shown)), labels)
+    axes.tick_params(axis="y", length=0)
+    axes.set_ylim(-0.7, len(shown) + 0.2)
+    _ratio_axis(axes)
+    handles, names = axes.get_legend_handles_labels()
+    by_name = dict(zip(names, handles, strict=True))
+    order = [name for name in ("measured", "boundary walk", "paper") if name in by_name]
+    figure.legend([by_name[name] for name in order], order, loc="outside upper center", ncols=3)
+    told = "; ".join(
+        f"{row.measured.name} measured {value(row.measured)}, modelled {value(row.modelled)}"
+        for row in shown
+    )
+    return Panel(**base, figure=figure, alt=f"Model against measurement: {told}.")
+
+
+def _row(results: Results, item: ModelQuantity) -> Row:
+    known = results.quantity(item.name)
+    unit = MILLI.get(item.unit, item.unit)
+    scale = 1e3 if unit != item.unit else 1.0
+    why = known.why or "not measured"
+    measured = _scaled(item.name, item.measured, item.measured_low, item.measured_high, scale, unit)
+    measured = Quantity(
+        item.name,
+        measured.value,
+        measured.low,
+        measured.high,
+        known.n,
+        unit,
+        known.paper,
+        why if measured.value is None else "",
+    )
+    modelled = _scaled(item.name, item.modelled, item.modelled_low, item.modelled_high, scale, unit)
+    return Row(measured, modelled, _verdict(measured, modelled))
+
+
+def _scaled(name: str, middle: float, low: float, high: float, scale: float, unit: str) -> Quantity:
+    if not isfinite(middle):
+        return Quantity(name, None, unit=unit, why="not modelled")
+    ends = [end * scale if isfinite(end) else None for end in (low, high)]
+    return Quantity(name, middle * scale, ends[0], ends[1], unit=unit)
+
+
+def _verdict(measured: Quantity, modelled: Quantity) -> str:
+    if measured.value is None:
+        return f"not measured: {measured.why}"
+    if modelled.value is None:
+        return "not modelled"
+    if measured.low is None or measured.high is None:
+        return "no interval of the measurement"
+    low = modelled.value if modelled.low is None else modelled.low
+    high = modelled.value if modelled.high is None else modelled.high
+    return AGREES if low <= measured.high and high >= measured.low else DISAGREES
+
+
+def _ratio(number: float | None, reference: float | None) -> float | None:
+    if number is None or not reference or number / reference <= 0:
+        return None
+    return number / reference
+
+
+def _draw_row(axes: Any, place: int, row: Row) -> None:
+    reference = row.measured.value
+    for quantity, colour, marker, shift, label in (
+        (row.measured, INK, "o", 0.13, "measured"),
+        (row.modelled, MODEL, "D", -0.13, "boundary walk"),
+    ):
+        middle = _ratio(quantity.value, reference)
+        if middle is None:
+            continue
+        low = _ratio(quantity.low, reference) or middle
+        high = _ratio(quantity.high, reference) or middle
+        axes.errorbar(
+            middle,
+            place + shift,
+            xerr=[[middle - low], [high - middle]],
+            fmt=marker,
+            color=colour,
+            markersize=3.5,
+            elinewidth=1.0,
+            label=label,
+        )
+    paper = _ratio(row.measured.paper, reference)
+    if paper is not None:
+        axes.plot(paper, place, "x", color=PAPER_STYLE["color"], markersize=4.5, label="paper")
+
+
+def _ratio_axis(axes: Any) -> None:
+    """Scale the axis of ratios logarithmically, with the numbers that people expect."""
+    axes.set_xscale("log")
+    low, high = axes.get_xlim()
+    low, high = min(low, 0.5), max(high, 2.0)
+    steps = (1, 2, 5) if np.log10(high / low) < 2.2 else (1,)
+    ticks = [step * 10.0**power for power in range(-4, 5) for step in steps]
+    axes.set_xlim(low, high)
+    axes.set_xticks([tick for tick in ticks if low <= tick <= high])
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda tick, _: f"{tick:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlabel("value / measured value")

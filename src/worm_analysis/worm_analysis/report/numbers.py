@@ -1,0 +1,66 @@
+"""Numbers as people write them: as many digits as their interval supports."""
+
+from math import floor, isfinite, log10
+
+from worm_msgs_py import Quantity
+
+
+def decimals_for(value: float, low: float | None = None, high: float | None = None) -> int:
+    """Return how many decimals to write.
+
+    Two significant digits of the interval's shorter side; without an interval, three significant
+    digits of the value.
+    """
+    half = 0.0
+    if low is not None and high is not None:
+        sides = [side for side in (value - low, high - value) if side > 0]
+        half = min(sides, default=0.0)
+    if half > 0 and isfinite(half):
+        return max(0, 1 - floor(log10(half)))
+    if value == 0 or not isfinite(value):
+        return 0
+    return max(0, 2 - floor(log10(abs(value))))
+
+
+def written(value: float | None, decimals: int) -> str:
+    """Write a number with a true minus sign; a dash for none."""
+    if value is None or not isfinite(value):
+        return "–"
+    text = f"{value:.{decimals}f}"
+    if float(text) == 0:
+        text = text.removeprefix("-")
+    return text.replace("-", "−")
+
+
+def plain(value: float | None, digits: int = 3) -> str:
+    """Write a number with so many significant digits, without an exponent where it is legible."""
+    if value is None or not isfinite(value):
+        return "–"
+    if value != 0 and not 1e-4 <= abs(value) < 1e6:
+        return f"{value:.{digits}g}".replace("-", "−")
+    decimals = max(0, digits - 1 - floor(log10(abs(value)))) if value else 0
+    text = f"{value:.{decimals}f}"
+    if "." in text:
+        text = text.rstrip("0").rstrip(".")
+    return text.replace("-", "−")
+
+
+def interval(quantity: Quantity) -> str:
+    """Write the 95 % interval, a dash where there is none."""
+    if quantity.value is None or quantity.low is None or quantity.high is None:
+        return "–"
+    decimals = decimals_for(quantity.value, quantity.low, quantity.high)
+    return f"{written(quantity.low, decimals)} … {written(quantity.high, decimals)}"
+
+
+def value(quantity: Quantity) -> str:
+    """Write the value with the digits that its interval supports."""
+    if quantity.value is None:
+        return "–"
+    return written(quantity.value, decimals_for(quantity.value, quantity.low, quantity.high))
+
+
+def with_interval(quantity: Quantity) -> str:
+    """Write the value and, where there is one, its interval in brackets."""
+    between = interval(quantity)
+    return value(quantity) if between == "–" else f"{value(quantity)} [{between}]"

@@ -1,0 +1,61 @@
+"""One panel of the report: a figure with what it takes to read it, or why there is none."""
+
+from dataclasses import dataclass
+from typing import Any
+
+THIN_SPACE = "\u2009"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Panel:
+    """A figure of the report.
+
+    Attributes
+    ----------
+    key : str
+        Its anchor in the page, such as ``fig-1d``.
+    title : str
+        What it shows.
+    paper : str
+        The paper's figure that it corresponds to; empty where there is none.
+    n : str
+        The number of items that it rests on, and which.
+    reading : str
+        How to read it: definitions, units, signs. HTML.
+    figure : matplotlib.figure.Figure or None
+        None where there is not enough data.
+    why : str
+        Why there is no figure.
+    alt : str
+        The figure in words.
+    label : str
+        A short name for the table of contents, where it is none of the paper's figures.
+    """
+
+    key: str
+    title: str
+    paper: str
+    n: str
+    reading: str
+    figure: Any = None
+    why: str = ""
+    alt: str = ""
+    label: str = ""
+
+    @property
+    def name(self) -> str:
+        """What the table of contents calls it."""
+        return self.paper or self.label or self.title
+
+
+NO_CHAMBER = "no chamber in the picture"
+
+
+def counted(number: int, items: str) -> str:
+    """Write ``n = 18 000 frames`` with thin spaces between thousands."""
+    return f"n\u00a0=\u00a0{thousands(number)} {items}"
+
+
+def thousands(number: int) -> str:
+    """Write a whole number with thin spaces between thousands."""
+    return f"{number:,}".replace(",", THIN_SPACE)

@@ -1,0 +1,80 @@
+"""Fig. 7a: how long the worm keeps its direction along the wall."""
+
+import numpy as np
+
+from worm_analysis.report.numbers import plain, with_interval
+from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
+from worm_analysis.report.tables import Results
+from worm_analysis.report.theme import (
+    COLUMN_IN,
+    HEAD,
+    INK,
+    MODEL,
+    PAPER_STYLE,
+    new_figure,
+    say_n,
+)
+
+PAPER_T_PER_S = 27.0
+FEWEST_PAIRS = 100
+SMALLEST_PART = 0.25
+READING = (
+    "<i>C</i><sub>θ</sub>(<i>t</i>) = ⟨sgn θ̇<sub>h</sub>(<i>t</i> + <i>t</i><sub>0</sub>) · "
+    "sgn θ̇<sub>h</sub>(<i>t</i><sub>0</sub>)⟩ over all <i>t</i><sub>0</sub> in one unbroken "
+    "visit; 1: always the same direction, 0: no memory of it. Band: ± one standard error, from "
+    "blocks of time. Blue: exp(−<i>t</i>/<i>t</i><sub>per</sub>) fitted to the measurement. "
+    "Purple: the boundary walk with this trial's parameters. Dashed: the paper's decay time of "
+    "about 27 s. n counts the moments at which the direction is known; they are not "
+    "independent. Lags with fewer than a quarter as many pairs are not shown."
+)
+
+
+def persistence(results: Results) -> Panel:
+    """Return the panel: C_θ(t) with its error, the fit, the model's and the paper's decay."""
+    correlation, t_per = results.correlation, results.quantity("t_per")
+    pairs = 0 if correlation is None or not len(correlation.pairs) else int(correlation.pairs[0])
+    step_s = correlation.lag_s[1] if correlation is not None and len(correlation.lag_s) > 1 else 0
+    n = counted(pairs, f"moments, {step_s:g} s apart" if pairs else "moments with a direction")
+    base = {
+        "key": "fig-7a",
+        "title": "Persistence of the direction along the wall",
+        "paper": "Fig. 7a",
+        "reading": READING,
+        "n": n,
+    }
+    if not results.chambers:
+        return Panel(**base, why=NO_CHAMBER)
+    if correlation is None:
+        return Panel(**base, why="the summary has no correlation function")
+    enough = max(FEWEST_PAIRS, pairs * SMALLEST_PART)
+    known = np.isfinite(correlation.c) & (correlation.pairs >= enough)
+    if np.count_nonzero(known) < 3:
+        return Panel(**base, why=t_per.why or f"not enough data: {pairs} moments")
+    figure = new_figure(COLUMN_IN, 2.7)
+    axes = figure.add_subplot()
+    lag, c = correlation.lag_s[known], correlation.c[known]
+    error = np.nan_to_num(correlation.error[known])
+    axes.axhline(0.0, color=INK, linewidth=0.5)
+    axes.fill_between(lag, c - error, c + error, color=INK, alpha=0.18, linewidth=0)
+    axes.plot(lag, c, color=INK, label="measured")
+    if t_per.value is not None:
+        label = rf"fit, $t_{{per}}$ = {with_interval(t_per)} s"
+        axes.plot(lag, correlation.model[known], color=HEAD, label=label)
+    walk = results.model_correlation
+    if walk is not None:
+        shown = walk.lag_s <= lag[-1]
+        axes.plot(walk.lag_s[shown], walk.c[shown], color=MODEL, label="boundary walk")
+    paper = PAPER_T_PER_S if t_per.paper is None else t_per.paper
+    axes.plot(lag, np.exp(-lag / paper), label=f"paper, {plain(paper)} s", **PAPER_STYLE)
+    axes.set_xlim(0, lag[-1])
+    low = min(0.0, float(np.min(c - error)))
+    axes.set_ylim(max(-1.05, low - 0.1), 1.08)
+    axes.set_xlabel("$t$ (s)")
+    axes.set_ylabel(r"$C_\theta(t)$")
+    axes.legend(loc="upper right", title=n, title_fontsize=7.0, alignment="right")
+    if t_per.value is None:
+        say_n(axes, "no fit:\n" + t_per.why, x=0.03, y=0.03)
+    alt = (
+        f"Correlation of the direction of motion with itself, {n}, t_per {with_interval(t_per)} s."
+    )
+    return Panel(**base, figure=figure, alt=alt)

@@ -1,0 +1,158 @@
+"""Writes `report.html`: one file that shows a trial's numbers and figures without any network."""
+
+from collections.abc import Mapping
+from math import degrees
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from worm_analysis.report import numbers, symbols
+from worm_analysis.report.panel import thousands
+from worm_analysis.report.tables import Results, read_results
+from worm_msgs_py import Status
+
+SOURCES = {
+    "bag": "Bag",
+    "sha256": "SHA-256 of the bag",
+    "topic": "Topic",
+    "camera": "Camera",
+    "start_offset_s": "Start offset (s)",
+    "playback_duration_s": "Playback duration (s)",
+}
+
+
+def write_report(results_dir: Path) -> Path:
+    """Write `report.html` into a results directory.
+
+    The bytes depend on the results alone.
+
+    Parameters
+    ----------
+    results_dir : Path
+        What the recorder wrote: `tracks.parquet`, `contacts.parquet`, `passages.parquet` and
+        `summary.json`.
+
+    Returns
+    -------
+    Path
+        The report.
+
+    Raises
+    ------
+    ReportError
+        Where a file is missing, damaged, incomplete or lacks a column.
+    """
+    results = read_results(results_dir)
+    html = render(results)
+    path = results_dir / "report.html"
+    unfinished = path.with_name(path.name + ".part")
+    unfinished.write_text(html, encoding="utf-8", newline="\n")
+    unfinished.replace(path)
+    return path
+
+
+def render(results: Results) -> str:
+    """Return the report's HTML."""
+    # Drawing is slow to import, and most users of this package draw nothing.
+    from worm_analysis.report.model_comparison import (
+        comparison_rows,
+        parameters_written,
+        verdict_in_words,
+    )
+    from worm_analysis.report.panels import all_panels
+    from worm_analysis.report.theme import style, to_svg
+
+    with style():
+        panels = [
+            (panel, Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else "")
+            for panel in all_panels(results)
+        ]
+    rows = comparison_rows(results)
+    environment = Environment(
+        loader=PackageLoader("worm_analysis.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    for name in ("html_symbol", "meaning"):
+        environment.filters[name] = _as_markup(getattr(symbols, name))
+    for function in (numbers.value, numbers.interval, numbers.plain, thousands):
+        environment.filters[function.__name__] = function
+    return environment.get_template("report.html.j2").render(
+        results=results,
+        name=source_name(results.provenance),
+        source=_source(results.provenance),
+        degrees=degrees,
+        parameters=results.provenance.get("parameters") or {},
+        units=symbols.UNITS,
+        frames=frame_counts(results),
+        seconds=float(results.t_s[-1]) if len(results.t_s) else 0.0,
+        frame_rate=_frame_rate(results),
+        events=_events(results),
+        panels=panels,
+        beside=("fig-1c", "fig-7a", "fig-model"),
+        comparison=rows,
+        verdicts=verdict_in_words(rows),
+        walk=parameters_written(results),
+    )
+
+
+def source_name(provenance: Mapping[str, Any]) -> str:
+    """Return what a trial is called: the name of its bag or camera."""
+    source = provenance.get("source") or {}
+    for key in ("bag", "camera", "name"):
+        if source.get(key):
+            return str(source[key])
+    return "unnamed trial"
+
+
+def frame_counts(results: Results) -> list[tuple[str, int, str]]:
+    """Return label, number and reason of every status that occurs; `tracked` first."""
+    found = []
+    for label, count in results.frames.items():
+        if label == "read" or (count == 0 and label != "tracked"):
+            continue
+        try:
+            reason = Status.from_label(label).reason
+        except ValueError:
+            reason = ""
+        found.append((label, count, reason))
+    return sorted(found, key=lambda item: (item[0] != "tracked", -item[1], item[0]))
+
+
+def _source(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:
+    source = provenance.get("source") or {}
+    return [
+        (SOURCES.get(key, key), str(value)) for key, value in source.items() if value is not None
+    ]
+
+
+def _frame_rate(results: Results) -> float | None:
+    frames = len(results.t_s)
+    return (frames - 1) / float(results.t_s[-1]) if frames > 1 and results.t_s[-1] > 0 else None
+
+
+def _events(results: Results) -> list[str]:
+    kind, record = results.contacts["kind"], results.passages["record"]
+    return [
+        _several(int((kind == "contact").sum()), "contact", "s with the wall"),
+        _several(int((kind == "free").sum()), "excursion", "s from it"),
+        _several(int((record == "visit").sum()), "visit", "s of a chamber"),
+        _several(int((record == "attempt").sum()), "attempt", "s at the exit"),
+    ]
+
+
+def _several(count: int, noun: str, rest: str) -> str:
+    """Return ``1 visit of a chamber`` or ``2 visits of a chamber``."""
+    return f"{thousands(count)} {noun}{rest.removeprefix('s') if count == 1 else rest}"
+
+
+def _as_markup(function: Any) -> Any:
+    def filtered(name: str) -> Markup:
+        known = name in symbols.SYMBOLS
+        return Markup(function(name)) if known else Markup.escape(function(name))
+
+    return filtered

@@ -1,0 +1,122 @@
+"""Fig. 2: the head's place and the body's and head's angles against time."""
+
+from typing import Any
+
+import numpy as np
+
+from worm_analysis.report.examples import WHOLE_S, Indices, example_spans
+from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
+from worm_analysis.report.tables import Floats, Results
+from worm_analysis.report.theme import HEAD, INK, PAGE_IN, SHADE, new_figure
+
+READING = (
+    "<i>r</i><sub>h</sub>: distance of the head tip from the chamber's centre (thin line: the wall "
+    "at <i>R</i>). θ<sub>h</sub>: its polar angle from the exit's direction, unwrapped, growing "
+    "counter-clockwise. ψ<sub>b</sub>: signed angle from the outward normal at the head to the "
+    "body (centroid to head); ψ<sub>h</sub>: the same with the head's own direction, that of the "
+    "midline's first tenth; both positive counter-clockwise, so θ<sub>h</sub> should rise where "
+    "ψ<sub>b</sub> &gt; 0. Grey: the head in contact with the wall "
+    "(<i>R</i> − <i>r</i><sub>h</sub> &lt; 0.3 <i>d</i><sub>w</sub>). Lines break where the worm "
+    "was not tracked."
+)
+READING_LONG = (
+    " The examples are stretches of one minute, chosen by rule: of all in which θ<sub>h</sub> is "
+    "known in 90 % of the frames, those with the fewest, the median and the most reversals."
+)
+HEIGHTS = (1.0, 1.35, 1.0, 1.0)
+WRAP_DEG = 180.0
+
+
+def time_traces(results: Results) -> Panel:
+    """Return the panel: up to three examples, or the whole of a short trial."""
+    base = {
+        "key": "fig-2",
+        "title": "Radial position, angular position and orientation against time",
+        "paper": "Fig. 2",
+    }
+    if not results.chambers:
+        return Panel(**base, n=counted(0, "frames"), reading=READING, why=NO_CHAMBER)
+    spans = example_spans(results)
+    known = sum(int(np.isfinite(results.tracks["theta_h_rad"][rows]).sum()) for rows in spans)
+    n = counted(known, "frames")
+    if known < 2:
+        why = "not enough data: the head was not tracked in a chamber for 54 s of any minute"
+        return Panel(**base, n=n, reading=READING, why=why)
+    figure = new_figure(PAGE_IN, 4.3)
+    grid = figure.subplots(4, len(spans), sharex="col", squeeze=False, height_ratios=HEIGHTS)
+    for column, rows in enumerate(spans):
+        _draw_column(grid[:, column], results, rows)
+    for row in (0, 2, 3):
+        limits = [axes.get_ylim() for axes in grid[row]]
+        for axes in grid[row]:
+            axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+            axes.tick_params(labelleft=axes is grid[row, 0])
+    for axes in grid[2:].flat:
+        step = 90 if axes.get_ylim()[1] > 100 else 45
+        axes.set_yticks(np.arange(-2, 3) * step)
+    labels = ("$r_h$ (mm)", r"$\theta_h$ (degrees)", r"$\psi_b$ (degrees)", r"$\psi_h$ (degrees)")
+    for axes, label in zip(grid[:, 0], labels, strict=True):
+        axes.set_ylabel(label)
+    figure.align_ylabels(grid[:, 0])
+    whole = results.t_s[-1] <= WHOLE_S
+    span = "the whole trial" if whole else f"{len(spans)} examples of one minute"
+    alt = f"Head radius, head angle, body angle and head direction against time, {span}, {n}."
+    reading = READING if whole else READING + READING_LONG
+    return Panel(**base, n=n, reading=reading, figure=figure, alt=alt)
+
+
+def contact_spans(t_s: Floats, contact: Floats) -> list[tuple[float, float]]:
+    """Return start and end of each run of frames in contact, s; a run ends with its last frame."""
+    touching = np.r_[False, contact == 1.0, False]
+    edges = np.flatnonzero(touching[1:] != touching[:-1])
+    return [
+        (float(t_s[start]), float(t_s[min(end, len(t_s) - 1)]))
+        for start, end in edges.reshape(-1, 2)
+    ]
+
+
+def without_wraps(angle_deg: Floats) -> Floats:
+    """Put NaN where an angle jumps over ±180°, so that no line is drawn across."""
+    broken = angle_deg.copy()
+    broken[np.flatnonzero(np.abs(np.diff(angle_deg)) > WRAP_DEG) + 1] = np.nan
+    return broken
+
+
+def _draw_column(column: Any, results: Results, rows: Indices) -> None:
+    tracks = results.tracks
+    t_s = results.t_s[rows]
+    spans = contact_spans(t_s, tracks["contact"][rows])
+    for axes in column:
+        for start, end in spans:
+            axes.axvspan(start, end, color=SHADE, linewidth=0, zorder=0)
+        axes.set_xlim(t_s[0], t_s[-1])
+    radius, theta, body, head = column
+    line = {"linewidth": 0.8}
+    radius.axhline(results.radius_mm, color=INK, linewidth=0.6)
+    radius.plot(t_s, tracks["r_h_mm"][rows], color=HEAD, **line)
+    radius.set_ylim(top=1.04 * results.radius_mm)
+    theta.plot(t_s, np.degrees(tracks["theta_h_rad"][rows]), color=HEAD, **line)
+    _whole_turns(theta)
+    for axes, name in ((body, "psi_b_deg"), (head, "psi_h_deg")):
+        axes.axhline(0.0, color=INK, linewidth=0.5)
+        angle = tracks[name][rows]
+        axes.plot(t_s, without_wraps(angle), color=INK, **line)
+        axes.set_ylim(*_angle_limits(angle))
+    head.set_xlabel("$t$ (s)")
+    known = int(np.isfinite(tracks["theta_h_rad"][rows]).sum())
+    radius.set_title(f"n = {thousands(known)} frames", loc="right", pad=3)
+
+
+def _angle_limits(angle_deg: Floats) -> tuple[float, float]:
+    """Return symmetric limits: a quarter of a turn either way, or all of it."""
+    reach = 180.0 if np.nanmax(np.abs(angle_deg), initial=0.0) > 100.0 else 100.0
+    return -reach, reach
+
+
+def _whole_turns(axes: Any) -> None:
+    """Put ticks where the head is at whole parts of a turn."""
+    low, high = axes.get_ylim()
+    steps = (15, 30, 45, 90, 180, 360, 720, 1440, 3600)
+    step = next((step for step in steps if (high - low) / step <= 5), 7200)
+    first, last = int(np.ceil(low / step)), int(np.floor(high / step))
+    axes.set_yticks(np.arange(first, last + 1) * step)

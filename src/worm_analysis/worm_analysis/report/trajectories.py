@@ -1,0 +1,133 @@
+"""Fig. 1c: where head, centroid and tail went in the chamber."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Arc
+
+from worm_analysis.report.examples import WHOLE_S, Indices, example_spans
+from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
+from worm_analysis.report.tables import POINTS, Results
+from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, PAGE_IN, new_figure, say_n
+from worm_msgs_py import Chamber
+
+SHOWN_POINTS = 1500
+PASSAGE_SHOWN_MM = 3.0
+READING = (
+    "Head tip, centroid of the body's area and tail tip in the chamber's own frame: origin at its "
+    "centre, <i>x</i> towards the middle of the exit, <i>y</i> such that angles grow "
+    "counter-clockwise as seen in the picture. The black circle is the wall of radius <i>R</i> "
+    "with the opening of width <i>W</i>. Lines are frame by frame and break where the worm was "
+    "not tracked."
+)
+READING_EXAMPLE = " First, one minute of the trial: that with the fewest reversals of direction."
+READING_LONG = " The whole trial is shown as points, one for each of evenly spaced frames."
+
+
+def trajectories(results: Results) -> Panel:
+    """Return the panel; a trial longer than 90 s shows one minute, and the whole as points."""
+    long = len(results.t_s) > 0 and results.t_s[-1] > WHOLE_S
+    base = {
+        "key": "fig-1c",
+        "title": "Trajectories of head, centroid and tail",
+        "paper": "Fig. 1c",
+        "reading": READING,
+    }
+    if not results.chambers:
+        return Panel(**base, n=counted(0, "frames"), why=NO_CHAMBER)
+    inside = [(chamber, _rows_in(results, chamber)) for chamber in results.chambers]
+    inside = [(chamber, rows) for chamber, rows in inside if len(rows)]
+    frames = sum(len(rows) for _, rows in inside)
+    n = counted(frames, "frames with a pose in a chamber")
+    if not inside:
+        return Panel(**base, n=n, why="the worm was not tracked in any chamber")
+    drawn: list[tuple[Chamber, Indices, bool]] = []
+    if long:
+        for example in example_spans(results, 1):
+            minute = example[np.isfinite(results.tracks["head_x_mm"][example])]
+            place = results.tracks["where"][minute[0]]
+            drawn += [(chamber, minute, False) for chamber, _ in inside if chamber.name == place]
+            base["reading"] += READING_EXAMPLE
+    if long:
+        base["reading"] += READING_LONG
+    drawn += [(chamber, rows, long) for chamber, rows in inside]
+    figure = new_figure(*_size(len(drawn)))
+    for number, (chamber, rows, as_points) in enumerate(drawn):
+        axes = figure.add_subplot(1, len(drawn), number + 1)
+        _draw_chamber(axes, chamber)
+        (_draw_points if as_points else _draw_lines)(axes, results, rows)
+        _label(axes, chamber, several=len(inside) > 1, first=number == 0)
+        seconds = results.t_s[rows[-1]] - results.t_s[rows[0]]
+        say_n(axes, f"n = {thousands(len(rows))} frames\n{seconds:.0f} s", x=0.985, y=0.02)
+    alt = (
+        f"Trajectories of the worm's head (blue), centroid (red) and tail (green) in "
+        f"{len(inside)} chamber(s) of radius {results.radius_mm:.3g} mm, {n}."
+    )
+    return Panel(**base, n=n, figure=figure, alt=alt)
+
+
+def _rows_in(results: Results, chamber: Chamber) -> Indices:
+    tracks = results.tracks
+    return np.flatnonzero((tracks["where"] == chamber.name) & np.isfinite(tracks["head_x_mm"]))
+
+
+def _size(panels: int) -> tuple[float, float]:
+    if panels == 1:
+        return COLUMN_IN, 0.9 * COLUMN_IN
+    return PAGE_IN, 0.9 * PAGE_IN / panels + (0.0 if panels == 2 else 0.25)
+
+
+def _draw_chamber(axes: Any, chamber: Chamber) -> None:
+    R, W = chamber.radius_m * 1e3, chamber.exit_width_m * 1e3
+    half = float(np.degrees(np.arcsin(min(W / 2 / R, 1.0)))) if W > 0 else 0.0
+    wall: dict[str, Any] = {"color": INK, "linewidth": 1.2, "zorder": 1}
+    axes.add_patch(Arc((0, 0), 2 * R, 2 * R, theta1=half, theta2=360 - half, **wall))
+    if W > 0:
+        start = float(np.sqrt(R**2 - (W / 2) ** 2))
+        for side in (-W / 2, W / 2):
+            axes.plot([start, R + PASSAGE_SHOWN_MM], [side, side], **wall)
+    axes.set_xlim(-1.08 * R, 1.08 * R + (PASSAGE_SHOWN_MM if W > 0 else 0.0))
+    axes.set_ylim(-1.08 * R, 1.08 * R)
+    axes.set_aspect("equal")
+
+
+def _draw_lines(axes: Any, results: Results, rows: Indices) -> None:
+    for point in reversed(POINTS):
+        x, y = (_unbroken(results, rows, f"{point}_{axis}_mm") for axis in "xy")
+        axes.plot(x, y, color=COLOURS[point], linewidth=0.7, label=point, alpha=0.9)
+
+
+def _draw_points(axes: Any, results: Results, rows: Indices) -> None:
+    shown = rows[:: max(1, len(rows) // SHOWN_POINTS)]
+    for point in reversed(POINTS):
+        x, y = (results.tracks[f"{point}_{axis}_mm"][shown] for axis in "xy")
+        axes.plot(x, y, ".", color=COLOURS[point], markersize=1.8, alpha=0.55, label=point, mew=0)
+
+
+def _unbroken(results: Results, rows: Indices, column: str) -> Any:
+    """Return a column over all rows between the first and the last, NaN outside of `rows`."""
+    span = np.full(rows[-1] - rows[0] + 1, np.nan)
+    span[rows - rows[0]] = results.tracks[column][rows]
+    return span
+
+
+def _label(axes: Any, chamber: Chamber, *, several: bool, first: bool) -> None:
+    axes.set_xlabel("$x$ (mm)")
+    if first:
+        axes.set_ylabel("$y$ (mm)")
+        handles = [Line2D([], [], color=COLOURS[point], linewidth=1.2) for point in POINTS]
+        axes.legend(
+            handles,
+            POINTS,
+            loc="upper right",
+            borderaxespad=0.2,
+            handlelength=1.0,
+            handletextpad=0.5,
+            labelspacing=0.2,
+        )
+    if several:
+        axes.set_title(chamber.name.replace("_", " "))
+    ticks = np.arange(-10, 11, 5) * chamber.radius_m * 100
+    axes.set_xticks(ticks)
+    axes.set_yticks(ticks)
