@@ -72,11 +72,11 @@ class AnalysisNode(Node):
     def __init__(self, **node_arguments: Any):
         super().__init__(NAME, start_parameter_services=False, **node_arguments)
         try:
-            self._parameters = self._read_parameters()
+            self._settings = self._read_parameters()
         except BaseException:
             self.destroy_node()
             raise
-        self._analysis = Analysis(self._parameters)
+        self._analysis = Analysis(self._settings)
         self._waiting: deque[BodyState] = deque()
         self._taken = 0
         self._events = 0
@@ -155,7 +155,7 @@ class AnalysisNode(Node):
 
     @property
     def _interval_ns(self) -> int:
-        return round(self._parameters.summary_interval_s * NS)
+        return round(self._settings.summary_interval_s * NS)
 
     def _publish_events(self, events: list[Any]) -> None:
         if events:

@@ -55,7 +55,7 @@ class ModelNode(Node):
     def __init__(self, **node_arguments: Any):
         super().__init__(NAME, start_parameter_services=False, **node_arguments)
         try:
-            self._parameters = self._read_parameters()
+            self._settings = self._read_parameters()
         except BaseException:
             self.destroy_node()
             raise
@@ -124,7 +124,7 @@ class ModelNode(Node):
         while self._waiting and self._geometry is not None:
             quantities, stamp_ns = self._waiting.popleft()
             comparison, correlation = compare(
-                quantities, self._geometry, stamp_ns, self._parameters
+                quantities, self._geometry, stamp_ns, self._settings
             )
             self._comparison.publish(convert.comparison_to_msg(comparison))
             self._correlation.publish(convert.correlation_to_msg(correlation, stamp_ns))
