@@ -40,6 +40,11 @@ class BodySums:
         """Return the number of frames with a width, its median in m and the half interval."""
         return self._median(slice(BINS, 2 * BINS), WIDTH_BIN_M)
 
+    def median_width(self) -> float:
+        """Return the median width alone, m; NaN without any."""
+        counts = self._blocks.total()[None, BINS:]
+        return float(histogram_median(counts)[0]) * WIDTH_BIN_M
+
     def _median(self, part: slice, bin_m: float) -> tuple[int, float, float | None]:
         counts = self._blocks.total()[part]
         n = int(counts.sum())

@@ -149,7 +149,7 @@ def _episodes(evidence: Evidence) -> list[Quantity]:
         seen = (excess_c / n_c, excess_nc / n_nc)
         true = unmerged_means(*seen, episodes.step_m)
         scale_c, scale_nc = true[0] / seen[0], true[1] / seen[1]
-    width_m = evidence.parameters.body_width_m or evidence.body.width()[1]
+    width_m = evidence.parameters.body_width_m or evidence.body.median_width()
     threshold_m = evidence.parameters.contact_factor * width_m
     return [
         _mean(tell, "d_c", episodes.d_c, limit_m, scale_c, "complete contacts"),
