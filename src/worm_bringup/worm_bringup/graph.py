@@ -1,0 +1,125 @@
+"""The graph in one process: publish a frame, run callbacks until none is ready, and so on."""
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from worm_bringup.isolation import keep_freed_memory, own_context
+from worm_bringup.node_spec import NodeSpec
+from worm_tracker.source_node import SourceNode, drain, spin_source, stop_on_signals
+
+Progress = Callable[[int, int | None], None]
+"""Called with the number of frames that were sent, and of those to come in all where known."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """How a run of the graph ended.
+
+    Attributes
+    ----------
+    frames : int
+        Frames that the source sent.
+    complete : bool
+        Whether the source came to its end and every node finished.
+    interrupted : bool
+        Whether a signal ended it.
+    missing : str
+        What is not complete, for people; empty where nothing is missing.
+    elapsed_s : float
+        From the first frame to the last result.
+    spent_s : dict
+        Seconds spent in the callbacks of each node; what the source spends on reading and
+        publishing is under its own name. Empty where every node has a process of its own.
+    """
+
+    frames: int
+    complete: bool
+    interrupted: bool
+    missing: str
+    elapsed_s: float
+    spent_s: dict[str, float] = field(default_factory=dict)
+
+
+def run_in_process(
+    source: NodeSpec,
+    nodes: Sequence[NodeSpec],
+    progress: Progress | None = None,
+    *,
+    visible: bool = False,
+    namespace: str = "",
+) -> RunResult:
+    """Run a graph in this process, to the end of its source or to SIGINT or SIGTERM.
+
+    Not a frame can be lost, whatever the speed of the nodes: the next one is published when there
+    is nothing left to do for the one before.
+
+    Parameters
+    ----------
+    source : NodeSpec
+        Its node is a `SourceNode`; it is made first, so that bad input leaves no output.
+    nodes : sequence of NodeSpec
+        The others. Those that have an attribute `done` must be done at the end, and may say in an
+        attribute `missing` why they are not.
+    progress : callable, optional
+        Called after every frame.
+    visible : bool
+        Let other programs see the graph (see `isolation.own_context`).
+
+    Raises
+    ------
+    BadInput
+        From a node, when it is made or in a callback.
+    """
+    keep_freed_memory()
+    with own_context(visible=visible) as context, ExitStack() as stack, stop_on_signals() as stop:
+        executor = SingleThreadedExecutor(context=context)
+        stack.callback(executor.shutdown)
+        made: list[Node] = []
+        for spec in (source, *nodes):
+            node = spec.make(context=context, namespace=namespace)
+            stack.callback(node.destroy_node)
+            executor.add_node(node)
+            made.append(node)
+        spent_s = {spec.name: 0.0 for spec in (source, *nodes)}
+        return _run(executor, made, progress, stop.is_set, spent_s)
+
+
+def _run(
+    executor: SingleThreadedExecutor,
+    nodes: list[Node],
+    progress: Progress | None,
+    stopped: Callable[[], bool],
+    spent_s: dict[str, float],
+) -> RunResult:
+    source = nodes[0]
+    if not isinstance(source, SourceNode):
+        raise TypeError(f"{source.get_name()} is not a source of pictures")
+
+    def keep_on() -> bool:
+        if progress is not None:
+            progress(source.sent, source.expected)
+        return not stopped()
+
+    drain(executor, spent_s)  # what nodes have published as they were made
+    began_s = time.perf_counter()
+    ended = spin_source(executor, source, keep_on, heed_window=False, spent_s=spent_s)
+    drain(executor, spent_s)
+    keep_on()
+    elapsed_s = time.perf_counter() - began_s
+    late = [node for node in nodes if not getattr(node, "done", True)]
+    missing = "; ".join(
+        getattr(node, "missing", f"{node.get_name()} has not ended") for node in late
+    )
+    return RunResult(
+        frames=source.sent,
+        complete=ended and not late,
+        interrupted=not ended,
+        missing=missing,
+        elapsed_s=elapsed_s,
+        spent_s=spent_s,
+    )

@@ -1,0 +1,256 @@
+"""The graph with a process for each node, fed through a window of acknowledged frames."""
+
+import json
+import os
+import queue
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from importlib.resources import as_file, files
+from pathlib import Path
+from typing import Any
+
+from worm_bringup.graph import Progress, RunResult
+from worm_bringup.isolation import free_domain
+from worm_bringup.node_spec import NodeSpec
+from worm_tracker.errors import BadInput
+from worm_tracker.source_node import TICK_S, stop_on_signals
+
+_END_S = 0.5
+"""What a process is given to end by itself, and then again to heed SIGTERM."""
+_WHOLE_END_S = 30.0
+"""The same where the run is complete: files may still be written."""
+_SHARED_MEMORY = "/dev/shm/fastrtps_"
+
+Inbox = queue.Queue[tuple["NodeProcess", dict[str, Any] | None]]
+
+
+class NodeProcess:
+    """One child: its process, what it has said, and its shared memory."""
+
+    def __init__(
+        self,
+        spec: NodeSpec,
+        namespace: str,
+        folder: Path,
+        environment: dict[str, str],
+        inbox: Inbox,
+    ) -> None:
+        self.name = spec.name
+        parameters = folder / f"{spec.name}.yaml"
+        parameters.write_text(spec.to_yaml(), encoding="utf-8")
+        command = [sys.executable, "-m", "worm_bringup.node_process"]
+        # A session of its own: Ctrl-C in the terminal reaches the parent alone, which tells it.
+        self.process = subprocess.Popen(
+            [*command, spec.module, spec.name, str(parameters), namespace],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            start_new_session=True,
+            env=environment,
+        )
+        self.endpoints: dict[str, dict[str, int]] | None = None
+        self.finite = True  # says when it is done
+        self.matched = False
+        self.done = False
+        self.late = ""
+        self.segments: set[str] = set()
+        self._reader = threading.Thread(target=self._listen, args=(inbox,), daemon=True)
+        self._reader.start()
+
+    def _listen(self, inbox: Inbox) -> None:
+        if self.process.stdout is not None:
+            for line in self.process.stdout:
+                inbox.put((self, json.loads(line)))
+        inbox.put((self, None))
+
+    def say(self, **message: Any) -> None:
+        """Tell the child, if it is still there."""
+        with suppress(OSError, ValueError):
+            if self.process.stdin is not None:
+                print(json.dumps(message), file=self.process.stdin, flush=True)
+
+    def note_shared_memory(self) -> None:
+        """Take note of the shared memory that the process uses, in case it cannot tidy up."""
+        with suppress(OSError):
+            maps = Path(f"/proc/{self.process.pid}/maps").read_text(encoding="utf-8")
+            paths = (line.split(maxsplit=5)[-1] for line in maps.splitlines())
+            self.segments |= {path for path in paths if path.startswith(_SHARED_MEMORY)}
+
+    def close(self) -> None:
+        """Close the pipes of a process that has ended."""
+        self._reader.join()
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                with suppress(OSError):
+                    pipe.close()
+
+
+def run_in_processes(
+    source: NodeSpec,
+    nodes: Sequence[NodeSpec],
+    progress: Progress | None = None,
+    *,
+    namespace: str = "",
+) -> RunResult:
+    """Run a graph with a process for each node, to the end of its source or to a signal.
+
+    The graph has a ROS domain of its own and does not leave this machine. The first frame goes out
+    when every node has found every other one; from then on the source keeps to its window (see
+    `SourceNode`). The run is complete when every node that has an attribute `done` says so.
+
+    Parameters
+    ----------
+    source, nodes, progress
+        As for `graph.run_in_process`.
+
+    Raises
+    ------
+    BadInput
+        A node refused its input; the others were ended.
+    RuntimeError
+        A node failed (its traceback is on stderr), or found no peer.
+    """
+    with ExitStack() as stack:
+        profile = stack.enter_context(as_file(files("worm_bringup") / "fastdds.xml"))
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="worm-graph-")))
+        environment = {
+            **os.environ,
+            "ROS_LOG_DIR": os.environ.get("ROS_LOG_DIR", str(folder)),
+            "ROS_DOMAIN_ID": str(stack.enter_context(free_domain())),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+            "FASTRTPS_DEFAULT_PROFILES_FILE": str(profile),
+        }
+        stop = stack.enter_context(stop_on_signals())
+        family = Family(stop.is_set, progress)
+        stack.callback(family.end)
+        for spec in (source, *nodes):
+            child = NodeProcess(spec, namespace, folder, environment, family.inbox)
+            family.children.append(child)
+        return family.run()
+
+
+class Family:
+    """The parent's view of its children."""
+
+    def __init__(self, stopped: Callable[[], bool], progress: Progress | None) -> None:
+        self.children: list[NodeProcess] = []
+        self.inbox: Inbox = queue.Queue()
+        self._stopped = stopped
+        self._progress = progress
+        self._sent = 0
+        self._expected: int | None = None
+        self._ending = False
+
+    def run(self) -> RunResult:
+        """See the children through from the first word to the last."""
+        began_s = time.perf_counter()
+        if self._until(lambda: all(child.endpoints for child in self.children)):
+            for child in self.children:
+                child.say(peers=self._all_endpoints())
+        if self._until(lambda: all(child.matched for child in self.children)):
+            for child in self.children:
+                child.note_shared_memory()
+                child.say(go=True)
+            began_s = time.perf_counter()
+        whole = self._until(self._all_done)
+        elapsed_s = time.perf_counter() - began_s
+        self.end(_WHOLE_END_S if whole else _END_S)
+        return RunResult(
+            frames=self._sent,
+            complete=whole,
+            interrupted=not whole,
+            missing="; ".join(child.late for child in self.children if child.late),
+            elapsed_s=elapsed_s,
+        )
+
+    def _all_done(self) -> bool:
+        return all(child.done for child in self.children if child.finite)
+
+    def _all_endpoints(self) -> dict[str, dict[str, int]]:
+        return {
+            way: dict(
+                sum((Counter((child.endpoints or {})[way]) for child in self.children), Counter())
+            )
+            for way in ("publishes", "subscribes")
+        }
+
+    def _until(self, reached: Callable[[], bool]) -> bool:
+        """Hear the children until something is reached, or a signal comes; say which."""
+        while not reached():
+            if self._stopped():
+                return False
+            with suppress(queue.Empty):
+                self._hear(*self.inbox.get(timeout=TICK_S))
+        return True
+
+    def _hear(self, child: NodeProcess, message: dict[str, Any] | None) -> None:
+        if message is None:
+            if not self._ending:
+                status = child.process.wait()
+                raise RuntimeError(f"node {child.name} ended with status {status} before the end")
+            return
+        if "error" in message:
+            raise BadInput(message["error"])
+        child.endpoints = message.get("ready", child.endpoints)
+        child.finite = message.get("finite", child.finite)
+        child.matched = child.matched or "matched" in message
+        child.done = child.done or "done" in message
+        child.late = message.get("late", child.late)
+        if "progress" in message:
+            self._sent, self._expected = message["progress"]
+            if self._progress is not None:
+                self._progress(self._sent, self._expected)
+
+    def end(self, patience_s: float = _END_S) -> None:
+        """End every child: by word, by SIGTERM, by SIGKILL; leave nothing in shared memory."""
+        if self._ending:
+            return
+        self._ending = True
+        for child in self.children:
+            child.note_shared_memory()
+            child.say(end=True)
+        for measure in (lambda _: None, subprocess.Popen.terminate, subprocess.Popen.kill):
+            alive = [child for child in self.children if child.process.poll() is None]
+            for child in alive:
+                measure(child.process)
+            deadline_s = time.monotonic() + patience_s
+            for child in alive:
+                with suppress(subprocess.TimeoutExpired):
+                    child.process.wait(max(0.0, deadline_s - time.monotonic()))
+            patience_s = _END_S
+        for child in self.children:
+            child.close()
+        while not self.inbox.empty():
+            with suppress(BadInput):
+                self._hear(*self.inbox.get_nowait())
+        _tidy_shared_memory(set().union(*(child.segments for child in self.children)))
+
+
+def _tidy_shared_memory(segments: set[str]) -> None:
+    """Remove the shared memory, and its locks, that a process which was killed has left.
+
+    Fast DDS shares some of it over all domains, so what another process still maps stays.
+    """
+    left = {segment for segment in segments if Path(segment).exists()}
+    left |= {segment for segment in segments if Path(f"{segment}_el").exists()}
+    left |= {segment for segment in segments if _mutex(segment).exists()}
+    if not left:
+        return
+    for maps in Path("/proc").glob("[0-9]*/maps"):
+        with suppress(OSError):
+            text = maps.read_text(encoding="utf-8")
+            left -= {segment for segment in left if segment in text}
+    for segment in left:
+        for file in (Path(segment), Path(f"{segment}_el"), _mutex(segment)):
+            file.unlink(missing_ok=True)
+
+
+def _mutex(segment: str) -> Path:
+    return Path(segment).with_name(f"sem.{Path(segment).name}_mutex")

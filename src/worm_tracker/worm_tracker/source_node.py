@@ -1,0 +1,263 @@
+"""What both sources of pictures share: counting, back-pressure, the end, how they are driven."""
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.executors import Executor, SingleThreadedExecutor, TimeoutException
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import UInt64, UInt64MultiArray
+
+from worm_msgs_py import convert, topics
+from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.qos import FLOW, RESULT
+from worm_tracker.errors import BadInput
+
+NAME = "image_source"
+TICK_S = 0.1
+"""No wait is longer than this, so that a signal or a service is heeded at once."""
+_REPORT_EVERY_S = 1.0
+
+
+class SourceNode(Node):
+    """A node that sends pictures when it is told to, and counts them.
+
+    Sources have no timer and no thread that publishes: whoever drives one asks `wait_s`, whether
+    the `window_is_open`, and calls `publish_next`. So the in-process graph can step it frame by
+    frame, and a process of its own can feel the back-pressure of the others:
+
+        in flight = (sent - taken) + max(0, given - recorded)  <=  window
+
+    The counters come from different processes: the recorder may report a burst of states before
+    the tracker's own report of them is here. Such a lead must not be counted against frames that
+    still wait before the tracker, or the window lets through more than its queue can hold.
+    Frames that the tracker has taken and holds back are not in flight. Without a recorder in the
+    graph nothing is ever recorded, and the last two terms are left out.
+
+    Attributes
+    ----------
+    sent : int
+        Frames that were published.
+    expected : int or None
+        Frames that will have been published at the end, where that is known.
+    window : int
+        Greatest number of frames in flight; 0 where nobody is waited for.
+    """
+
+    def __init__(self, **node_arguments: Any) -> None:
+        super().__init__(NAME, start_parameter_services=False, **node_arguments)
+        self.sent = 0
+        self.expected: int | None = None
+        self.window = 0
+        self._taken = self._given = self._recorded = 0
+        self._ended = False
+        self._reported_s = -float("inf")
+        self._end_publisher = self.create_publisher(UInt64, topics.FLOW_END, FLOW)
+        self._diagnostics = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, RESULT)
+        self.create_subscription(UInt64MultiArray, topics.FLOW_TRACKED, self._on_tracked, FLOW)
+        self.create_subscription(UInt64, topics.FLOW_RECORDED, self._on_recorded, FLOW)
+
+    def _on_tracked(self, msg: UInt64MultiArray) -> None:
+        self._taken, self._given = convert.counts_from_msg(msg)
+
+    def _on_recorded(self, msg: UInt64) -> None:
+        self._recorded = convert.count_from_msg(msg)
+
+    @property
+    def in_flight(self) -> int:
+        """Frames between this node and the recorder, those that the tracker holds left out."""
+        to_tracker = self.sent - self._taken
+        if self.count_publishers(topics.FLOW_RECORDED) == 0:
+            return to_tracker
+        return to_tracker + max(0, self._given - self._recorded)
+
+    @property
+    def window_is_open(self) -> bool:
+        """Whether one frame more may be sent."""
+        return self.window == 0 or self.in_flight < self.window
+
+    @property
+    def taken_by_tracker(self) -> bool:
+        """Whether the tracker has taken all that was sent (or there is no tracker)."""
+        return self._taken >= self.sent or self.count_publishers(topics.FLOW_TRACKED) == 0
+
+    @property
+    def done(self) -> bool:
+        """Whether the end was announced."""
+        return self._ended
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether somebody subscribes to the pictures."""
+        raise NotImplementedError
+
+    def wait_s(self) -> float:
+        """Return the seconds until the next picture is due; 0 where it is, infinity if unknown."""
+        raise NotImplementedError
+
+    def publish_next(self) -> bool:
+        """Publish the next picture; at the end announce the end instead, and return False."""
+        raise NotImplementedError
+
+    def counts(self) -> dict[str, str]:
+        """Return what `/diagnostics` shows of this source."""
+        return {"frames sent": str(self.sent), "frames taken": str(self._taken)}
+
+    def complaint(self) -> str:
+        """Return what is wrong with the source, empty where nothing is."""
+        return ""
+
+    def report(self) -> None:
+        """Publish the counts on `/diagnostics` if a second has passed since the last time."""
+        now_s = time.monotonic()
+        if now_s - self._reported_s < _REPORT_EVERY_S:
+            return
+        self._reported_s = now_s
+        complaint = self.complaint()
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if complaint else DiagnosticStatus.OK,
+            name=NAME,
+            message=complaint or ("ended" if self._ended else "running"),
+            values=[KeyValue(key=key, value=value) for key, value in self.counts().items()],
+        )
+        self._diagnostics.publish(
+            DiagnosticArray(header=header(time.time_ns(), ""), status=[status])
+        )
+
+    def _announce_end(self) -> None:
+        if not self._ended:
+            self._ended = True
+            self._end_publisher.publish(convert.count_to_msg(self.sent))
+
+
+def drain(executor: Executor, spent_s: dict[str, float] | None = None) -> None:
+    """Run callbacks until a *whole pass* over all nodes finds none ready.
+
+    Delivery within a process is synchronous with `publish`, so afterwards everything that follows
+    from what was published has happened. (Stopping at the first time that nothing is ready leaves
+    a chain of nodes a frame or two behind.)
+
+    Parameters
+    ----------
+    executor : rclpy.executors.Executor
+        Whatever a callback raises comes out here.
+    spent_s : dict, optional
+        Seconds spent in the callbacks of each node, by name; added to.
+    """
+    idle = False
+    while not idle:
+        idle = True
+        try:
+            while True:
+                handler, _, node = executor.wait_for_ready_callbacks(timeout_sec=0)
+                idle = False
+                began_s = time.perf_counter()
+                handler()
+                if handler.exception() is not None:
+                    raise handler.exception()
+                if spent_s is not None and node is not None:
+                    name = node.get_name()
+                    spent_s[name] = spent_s.get(name, 0.0) + time.perf_counter() - began_s
+        except TimeoutException:
+            pass
+
+
+def spin_source(
+    executor: Executor,
+    source: SourceNode,
+    keep_on: Callable[[], bool],
+    *,
+    heed_window: bool,
+    spent_s: dict[str, float] | None = None,
+) -> bool:
+    """Publish every picture as it falls due and may be sent; between them run the callbacks.
+
+    Parameters
+    ----------
+    keep_on : callable
+        Asked before each step; False ends it.
+    heed_window : bool
+        Send only while the window is open. In one process draining is the stronger promise.
+
+    Returns
+    -------
+    bool
+        Whether the source came to its end.
+    """
+    while keep_on():
+        source.report()
+        wait_s = source.wait_s()
+        if wait_s <= 0.0 and heed_window and not source.window_is_open:
+            wait_s = TICK_S  # a counter that comes in ends the wait
+        if wait_s > 0.0:
+            executor.spin_once(timeout_sec=min(wait_s, TICK_S))
+        else:
+            began_s = time.perf_counter()
+            more = source.publish_next()
+            if spent_s is not None:
+                spent_s[NAME] = spent_s.get(NAME, 0.0) + time.perf_counter() - began_s
+            if not more:
+                return True
+        drain(executor, spent_s)
+    return False
+
+
+@contextmanager
+def stop_on_signals() -> Iterator[threading.Event]:
+    """Give an event that SIGINT and SIGTERM set while the block runs.
+
+    rclpy's own handlers end the context before the last messages are out. Outside the main thread
+    (where Python allows no handlers) the event is simply never set by a signal.
+    """
+    stop = threading.Event()
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        stop.set()
+
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+    before = {
+        number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def run_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> int:
+    """Run one source as a process: wait for someone to look, send everything, end.
+
+    Returns
+    -------
+    int
+        The process's exit status: 0 whole, 1 interrupted, 2 bad input (one line on stderr).
+    """
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        with stop_on_signals() as stop:
+            source = make()
+            executor = SingleThreadedExecutor()
+            executor.add_node(source)
+            while not stop.is_set() and not source.is_watched:
+                executor.spin_once(timeout_sec=TICK_S)
+            ended = spin_source(executor, source, lambda: not stop.is_set(), heed_window=True)
+            while not stop.is_set() and source.window > 0 and source.in_flight > 0:
+                executor.spin_once(timeout_sec=TICK_S)  # the latched end must be there to be read
+            source.destroy_node()
+            return 0 if ended else 1
+    except BadInput as error:
+        print(error, file=sys.stderr)
+        return 2
+    finally:
+        rclpy.try_shutdown()
