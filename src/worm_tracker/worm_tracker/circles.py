@@ -102,7 +102,8 @@ def fit_circle(picture: Picture, inside: tuple[float, float]) -> Circle | None:
         edges = _fine_edges(picture, guess)
         if len(edges) < MIN_COVERAGE * FINE_RAYS:
             return None
-        guess = _least_squares(edges, guess)
+        # A worm along the wall is an edge too, but not on the same circle to half a pixel.
+        guess = _least_squares(edges, _consensus(edges, tolerance=0.5) or guess)
     if guess is None or not _plausible(guess, picture):
         return None
     if guess.coverage < MIN_COVERAGE or guess.residual > max(0.7, 0.004 * guess.radius):
@@ -221,6 +222,8 @@ def _least_squares(points: Floats, guess: Circle) -> Circle:
         return np.asarray(np.hypot(use[:, 0] - p[0], use[:, 1] - p[1]) - p[2])
 
     start = np.array([guess.u, guess.v, guess.radius])
+    near = np.abs(residuals(start, points)) < 2.0
+    points = points[near] if near.sum() > MIN_COVERAGE * len(points) else points
     fit = optimize.least_squares(residuals, start, loss="soft_l1", f_scale=0.3, args=(points,))
     off = np.abs(residuals(fit.x, points))
     keep = points[off < 3 * max(1.4826 * float(np.median(off)), 0.05)]

@@ -56,6 +56,7 @@ def find_exit(picture: Picture, circle: Circle) -> Exit | None:
     start, stop = _widest_gap(smooth.mean(1) > half, angles)
     if stop <= start:
         return None
+    half = _local_half(picture, circle, smooth, start, stop, angles)
     found = [_edges(smooth[:, k], half, start, stop, angles) for k in range(len(radii))]
     pairs = np.array([pair for pair in found if pair is not None]).reshape(-1, 2)
     used = radii[[pair is not None for pair in found]]
@@ -90,6 +91,20 @@ def _widest_gap(open_: NDArray[np.bool_], angles: Floats) -> tuple[int, int]:
             merged.append(span)
     start, stop = max(merged, key=lambda span: span[1] - span[0])
     return start + turn, stop - 1 + turn
+
+
+def _local_half(
+    picture: Picture, circle: Circle, rings: Floats, start: int, stop: int, angles: Floats
+) -> float:
+    """Return the half-height between the water and the wall on either side of a gap."""
+    n, width = len(angles), stop - start
+    inside = angles[np.arange(start, stop + 1) % n]
+    near = np.array([0.97 * circle.radius - 6.0])
+    water = np.nanmedian(radial_profiles(picture, circle, near, inside))
+    reach = max(16, width // 2)
+    beside = [np.arange(start - reach, start - 8), np.arange(stop + 9, stop + reach + 1)]
+    wall = np.median(rings[np.concatenate(beside) % n])
+    return float(water + wall) / 2
 
 
 def _edges(

@@ -13,6 +13,8 @@ ODDS_PER_LENGTH = 6.0
 """Log-odds gained per body length of motion along the body: a worm moves head-first."""
 MOST_ODDS = 12.0
 """Cap, so that two lengths the other way undo any belief."""
+MOST_STEP = 0.25
+"""Most that a single step counts for, in lengths: a jump is an error, not a stride."""
 MOST_ACTIVITY_ODDS = 1.0
 """Most that the liveliness of an end can add: the head swings more than the tail."""
 ACTIVITY_FRAMES = 100.0
@@ -102,13 +104,13 @@ class HeadTail:
         reliability = 1 / (1 + np.exp(-min(abs(turned - straight) / scale, 30.0)))
         self._motion = _dilute(self._motion, float(reliability))
         if self._gap <= 3:
-            self._weigh(points, self._last)
+            self._weigh(points, self._last, 2 * float(reliability) - 1)
         self._last, self._gap = points, 1
         self._note_swap()
         return Linked(points, float(reliability), bool(flipped))
 
-    def _weigh(self, points: Floats, last: Floats) -> None:
-        """Add what the motion between two midlines says."""
+    def _weigh(self, points: Floats, last: Floats, trust: float) -> None:
+        """Add what the motion between two midlines says, as far as their link is trusted."""
         length = arc_length(last)[-1]
         tangent = -np.gradient(last, axis=0)  # towards the first end
         tangent /= np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)[:, None]
@@ -116,7 +118,8 @@ class HeadTail:
         n = len(points)
         body = slice(n // 8, n - n // 8)
         forward = float((moved[body] * tangent[body]).sum(1).mean())
-        self._motion += ODDS_PER_LENGTH * forward / length
+        part = float(np.clip(forward / length, -MOST_STEP, MOST_STEP))
+        self._motion += trust * ODDS_PER_LENGTH * part
         self._motion = float(np.clip(self._motion, -MOST_ODDS, MOST_ODDS))
         sideways = moved[:, 0] * tangent[:, 1] - moved[:, 1] * tangent[:, 0]
         k = max(1, n // 10)

@@ -1,5 +1,7 @@
 """The light behind a worm that was there from the first frame: what one would see without it."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -73,62 +75,73 @@ def empty_rig(picture: Picture, geometry: Geometry) -> tuple[Floats, NDArray[np.
         arena = np.ones(picture.shape, bool)
         return fit_light(picture, arena), arena
     v, u = np.mgrid[0 : picture.shape[0], 0 : picture.shape[1]].astype(np.float32)
-    arena = np.zeros(picture.shape, bool)
+    rigs = [_Parts.of(chamber, u, v) for chamber in geometry.chambers]
     water = np.zeros(picture.shape, bool)
-    for chamber in geometry.chambers:
-        water |= np.hypot(u - chamber.centre_u_px, v - chamber.centre_v_px) < (
-            chamber.radius_px - WALL_REACH_PX / 2
-        )
-    light = fit_light(picture, water)
+    clear = np.zeros(picture.shape, bool)
+    arena = np.zeros(picture.shape, bool)
+    for parts in rigs:
+        water |= parts.out < -WALL_REACH_PX / 2
+        clear |= parts.passage & (parts.depth > WALL_REACH_PX / 4)
+        arena |= (parts.out < 3) | parts.passage
+    light = fit_light(picture, water | clear)
     ground = picture.astype(np.float32)
     ground[water] = light[water]
     relative = np.asarray(picture / np.maximum(light, 1.0), np.float32)
-    for chamber in geometry.chambers:
-        out = np.hypot(u - chamber.centre_u_px, v - chamber.centre_v_px) - chamber.radius_px
-        passage = _fill_passage(ground, relative, light, chamber, u, v, out)
-        band = (np.abs(out) < WALL_REACH_PX) & ~passage
-        _fill_profile(ground, relative, light, out, band)
-        arena |= (out < 3) | passage
+    for parts in rigs:
+        _fill_profile(ground, relative, light, -parts.depth, parts.passage & (parts.out > 0))
+        band = (np.abs(parts.out) < WALL_REACH_PX) & ~parts.passage
+        _fill_profile(ground, relative, light, parts.out, band)
     return ground, arena
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Parts:
+    """One chamber's parts of the picture, pixel by pixel.
+
+    Attributes
+    ----------
+    out : ndarray of float32
+        Distance from the wall's circle, negative in the chamber.
+    depth : ndarray of float32
+        Distance from the nearer wall of the passage, positive between them.
+    passage : ndarray of bool
+        The passage, its blurred walls included.
+    """
+
+    out: Floats
+    depth: Floats
+    passage: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, chamber: Chamber, u: Floats, v: Floats) -> "_Parts":
+        out = np.hypot(u - chamber.centre_u_px, v - chamber.centre_v_px) - chamber.radius_px
+        if not np.isfinite(chamber.exit_width_m):
+            none = np.zeros(u.shape, bool)
+            return cls(out.astype(np.float32), np.full(u.shape, -np.inf, np.float32), none)
+        x, y = chamber.to_metres(u.astype(np.float64), v.astype(np.float64))
+        half = chamber.exit_width_m / 2 * chamber.px_per_m
+        depth = half - np.abs(y) * chamber.px_per_m
+        passage = (depth > -3) & (x > 0) & (out > -half)
+        return cls(out.astype(np.float32), depth.astype(np.float32), passage)
 
 
 def _fill_profile(
     ground: Floats, relative: Floats, light: Floats, across: Floats, where: NDArray[np.bool_]
 ) -> None:
     """Replace `ground` by light times the median brightness at each distance `across`."""
+    if not where.any():
+        return
     step = 0.25
     bins = np.floor(across[where] / step).astype(np.int64)
     first = bins.min(initial=0)
     index = np.arange(first, bins.max(initial=0) + 1)
-    # The upper quartile: where a worm lies along the wall the pixels are darker than without it.
+    # Above the median: where a worm lies along the wall the pixels are darker than without it.
     profile = ndimage.labeled_comprehension(
         relative[where], bins, index, lambda x: np.quantile(x, 0.6), np.float64, np.nan
     )
     known = np.isfinite(profile)
     middle = (index[known] + 0.5) * step
     ground[where] = light[where] * np.interp(across[where], middle, profile[known])
-
-
-def _fill_passage(
-    ground: Floats,
-    relative: Floats,
-    light: Floats,
-    chamber: Chamber,
-    u: Floats,
-    v: Floats,
-    out: Floats,
-) -> NDArray[np.bool_]:
-    """Fill the passage by its mean cross profile; return where it is."""
-    if not np.isfinite(chamber.exit_width_m):
-        return np.zeros(u.shape, bool)
-    x, y = chamber.to_metres(u.astype(np.float64), v.astype(np.float64))
-    half = chamber.exit_width_m / 2 * chamber.px_per_m
-    y_px = (y * chamber.px_per_m).astype(np.float32)
-    passage = (np.abs(y_px) < half + 3) & (x > 0) & (out > -half)
-    beyond = passage & (out > 0)
-    if beyond.any():
-        _fill_profile(ground, relative, light, y_px, beyond)
-    return np.asarray(passage)
 
 
 def _polynomial(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -72,6 +72,8 @@ def find_blobs(signal: Picture, threshold: float, window: Window) -> list[Blob]:
     window : Window
         Where in the picture the signal lies.
     """
+    if threshold >= 255:
+        return []
     _, mask = cv2.threshold(signal, threshold, 255, cv2.THRESH_BINARY)
     contours, tree = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     blobs = []

@@ -1,0 +1,85 @@
+"""Which end is the head follows from motion alone, whichever way round the midlines come."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from worm_tracker.identity import HeadTail, certainty, chained
+
+LENGTH, WIDTH = 100.0, 10.0
+
+
+def crawling(frames, step, heading=0.3):
+    """Midlines of a worm that goes along a gentle wave, head first."""
+    s = np.linspace(0, -LENGTH, 65)
+    x = s[None] + step * np.arange(frames)[:, None]
+    wave = np.stack([x, 8 * np.sin(x / 15)], axis=-1)
+    c, s = np.cos(heading), np.sin(heading)
+    return wave @ np.array([[c, s], [-s, c]])
+
+
+def follow(midlines, turned):
+    """Push midlines, some the other way round; return identity and whether the head is first."""
+    identity = HeadTail()
+    for midline, flip in zip(midlines, turned, strict=True):
+        identity.push(midline[::-1] if flip else midline, WIDTH)
+    return identity, (identity.log_odds > 0) != bool(turned[0])
+
+
+@given(turned=st.lists(st.booleans(), min_size=40, max_size=40))
+def test_the_leading_end_is_the_head_whichever_way_round_midlines_come(turned):
+    identity, head_first = follow(crawling(40, 3.0), turned)
+    assert head_first
+    assert identity.certain
+
+
+@given(
+    step=st.floats(-4, 4).filter(lambda x: abs(x) > 1), turned=st.lists(st.booleans(), min_size=60)
+)
+def test_time_reversed_motion_exchanges_the_ends(step, turned):
+    turned = turned[:60]
+    _, one = follow(crawling(60, step), turned)
+    _, other = follow(crawling(60, -step), turned)
+    assert one != other
+
+
+def test_a_worm_at_rest_decides_nothing():
+    rng = np.random.default_rng(0)
+    still = crawling(1, 0.0)[0]
+    identity = HeadTail()
+    for _ in range(500):
+        identity.push(still + 0.1 * rng.standard_normal((65, 1)), WIDTH)
+    assert not identity.certain
+    assert identity.swaps == 0
+
+
+def test_going_back_a_little_does_not_turn_the_worm():
+    there = crawling(80, 3.0)
+    identity, head_first = follow(np.concatenate([there, there[:50:-1]]), np.zeros(109, bool))
+    assert head_first
+    assert identity.swaps == 0
+
+
+def test_going_back_for_long_is_a_swap_and_counted():
+    there = crawling(120, 3.0)
+    identity, head_first = follow(np.concatenate([there, there[::-1]]), np.zeros(240, bool))
+    assert not head_first
+    assert identity.swaps == 1
+
+
+def test_a_link_that_cannot_be_told_costs_the_certainty():
+    identity, _ = follow(crawling(60, 3.0), np.zeros(60, bool))
+    assert identity.certain
+    fold = np.abs(np.linspace(-LENGTH / 2, LENGTH / 2, 65))
+    hairpin = np.stack([fold, np.zeros(65)], axis=1)  # the same from either end
+    linked = identity.push(hairpin, WIDTH)
+    assert linked.reliability < 0.9
+    assert not identity.certain
+
+
+def test_certainty_is_a_probability():
+    assert certainty(0.0) == 0.5
+    assert certainty(-3.0) == certainty(3.0) == pytest.approx(0.9526, abs=1e-4)
+    assert chained(0.9, 1.0) == pytest.approx(0.9)
+    assert chained(0.9, 0.5) == pytest.approx(0.5)

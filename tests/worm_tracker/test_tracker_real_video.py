@@ -1,0 +1,85 @@
+"""What the tracker makes of the example bags: a real worm with coils; real motion with truth."""
+
+import zipfile
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CompressedImage
+
+from worm_msgs_py import Status
+from worm_tracker.bag_pictures import BagPictures
+from worm_tracker.body_fit import draw_body
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.pictures import PictureDecoder
+from worm_tracker.tracker import Tracker
+
+BAGS = Path(__file__).parents[2] / "bags"
+
+
+def tracked_bag(name, first, count, **parameters):
+    """Track some frames of an example bag."""
+    tracker, decoder = Tracker(TrackerParameters(**parameters)), PictureDecoder()
+    given = []
+    with BagPictures(BAGS / name) as pictures:
+        for k, picture in enumerate(pictures):
+            if first <= k < first + count:
+                msg = deserialize_message(picture.raw, CompressedImage)
+                given += tracker.push(decoder.decode(msg), picture.stamp_ns)
+    given += tracker.finish()
+    assert len(given) == count
+    return given
+
+
+def hand_cleaned_mask(archive, frame):
+    """Return the largest object of a mask."""
+    name = sorted(n for n in archive.namelist() if n.endswith(".png"))[frame]
+    mask = cv2.imdecode(np.frombuffer(archive.read(name), np.uint8), cv2.IMREAD_GRAYSCALE)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
+    return labels == 1 + np.argmax(stats[1:, cv2.CC_STAT_AREA])
+
+
+@pytest.mark.parametrize("first", [60, 895])
+def test_a_real_coiling_worm_has_a_midline_that_covers_its_mask(first):
+    """Both stretches hold loops that close and open again."""
+    count = 120
+    given = tracked_bag("wormtracer", first, count, no_chamber=True, polarity="bright")
+    overlaps = []
+    with zipfile.ZipFile(BAGS / "wormtracer_masks.zip") as archive:
+        for k, tracked in enumerate(given):
+            midline, state = tracked.midline, tracked.state
+            if not len(midline.u_px):
+                assert state.status is not Status.TRACKED
+                overlaps.append(0.0)
+                continue
+            mask = hand_cleaned_mask(archive, first + k)
+            points = np.stack([midline.u_px, midline.v_px], axis=1)
+            body = draw_body(mask.shape, points, midline.width_px) > 0
+            overlaps.append((mask & body).sum() / (mask | body).sum())
+    overlaps = np.array(overlaps)
+    assert (overlaps > 0).mean() >= 0.8
+    assert np.median(overlaps) > 0.8
+    assert (overlaps > 0.7).mean() > 0.9
+
+
+def test_real_motion_drawn_with_exact_truth():
+    count = 240
+    given = tracked_bag("larva", 0, count)
+    truth = pq.read_table(BAGS / "larva_truth.parquet").slice(0, count).to_pydict()
+
+    def true(name):
+        return np.array([truth[f"{name}_u_px"], truth[f"{name}_v_px"]])
+
+    def found(name):
+        points = [getattr(tracked.state, name) for tracked in given]
+        return np.array([[p.u_px for p in points], [p.v_px for p in points]])
+
+    head = np.hypot(*(found("head") - true("head")))
+    wrong = np.hypot(*(found("head") - true("tail")))
+    assert (head < wrong).mean() >= 0.95
+    assert np.median(head) < 2.0
+    assert np.median(np.hypot(*(found("centroid") - true("centroid")))) < 1.0
+    assert {tracked.state.status for tracked in given} == {Status.TRACKED}
