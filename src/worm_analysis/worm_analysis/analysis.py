@@ -156,17 +156,22 @@ class Analysis:
             events += self._search.break_off()
         elif self._whereabouts.away:
             events += self._search.end_contact()
-        observables = self._positions(state, self._unwrap(state))
-        if self._whereabouts.searching:
-            head_m = (state.head.x_m, state.head.y_m)
-            observables, closed = self._search.push(
-                chamber.name, observables, head_m, state.length_m, width_m
-            )
-            events += closed
-            self._whereabouts.observe(
-                state.stamp_ns, observables.theta_h_rad, observables.contact, chamber
-            )
-        return observables, events + passages
+        theta_rad = self._unwrap(state)
+        if not self._whereabouts.searching:
+            return self._positions(state, theta_rad), events + passages
+        head_m = (state.head.x_m, state.head.y_m)
+        theta_dot, contact, closed = self._search.move(
+            chamber.name,
+            state.stamp_ns,
+            theta_rad,
+            float(radial_distance(*head_m)),
+            head_m,
+            width_m,
+        )
+        observables = self._positions(state, theta_rad, theta_dot, contact)
+        self._search.count(observables, state.length_m)
+        self._whereabouts.observe(state.stamp_ns, theta_rad, contact)
+        return observables, events + closed + passages
 
     def _unwrap(self, state: BodyState) -> float:
         here = (state.frame_id, self._whereabouts.visit)
@@ -175,7 +180,14 @@ class Analysis:
             self._unwrapped_in = here
         return self._unwrapped.push(float(polar_angle(state.head.x_m, state.head.y_m)))
 
-    def _positions(self, state: BodyState, theta_rad: float) -> Observables:
+    def _positions(
+        self,
+        state: BodyState,
+        theta_rad: float,
+        theta_dot_rad_s: float = nan,
+        contact: bool | None = None,
+    ) -> Observables:
+        """Return the observables of a frame; only θ and what follows from it needs the past."""
         head, centroid, tail = state.head, state.centroid, state.tail
         x, y = head.x_m, head.y_m
         return Observables(
@@ -188,6 +200,9 @@ class Analysis:
             theta_h_rad=theta_rad,
             psi_b_rad=float(body_angle(x, y, centroid.x_m, centroid.y_m)),
             psi_h_rad=float(head_angle(x, y, head.yaw_rad)),
+            theta_dot_rad_s=theta_dot_rad_s,
+            v_b_m_s=self._search.radius_m * theta_dot_rad_s,
+            contact=contact,
         )
 
     def _width_m(self) -> float:

@@ -16,34 +16,31 @@ class ExitCorridor:
         R.
     half_width_m : float
         W/2; NaN where the width is not known.
+    half_arc_rad : float
+        Half of the angle that the exit takes up on the wall; NaN where W is not known.
+    mouth_x_m : float
+        Where the passage's straight walls meet the circle: x_p counts from here.
     """
 
     radius_m: float
     half_width_m: float
+    half_arc_rad: float
+    mouth_x_m: float
 
     @classmethod
     def of(cls, chamber: Chamber) -> "ExitCorridor":
         """Return the exit of a chamber."""
-        return cls(chamber.radius_m, chamber.exit_width_m / 2)
+        radius_m, half_width_m = chamber.radius_m, chamber.exit_width_m / 2
+        if half_width_m != half_width_m:
+            return cls(radius_m, nan, nan, radius_m)
+        half_width_m = min(half_width_m, radius_m)
+        mouth_x_m = sqrt(radius_m**2 - half_width_m**2)
+        return cls(radius_m, half_width_m, asin(half_width_m / radius_m), mouth_x_m)
 
     @property
     def is_known(self) -> bool:
         """Whether an exit is in view and its width is known."""
         return self.half_width_m == self.half_width_m
-
-    @property
-    def half_arc_rad(self) -> float:
-        """Half of the angle that the exit takes up on the wall; NaN where W is not known."""
-        if not self.is_known:
-            return nan
-        return asin(min(1.0, self.half_width_m / self.radius_m))
-
-    @property
-    def mouth_x_m(self) -> float:
-        """Where the passage's straight walls meet the circle: x_p counts from here."""
-        if not self.is_known:
-            return self.radius_m
-        return sqrt(max(0.0, self.radius_m**2 - self.half_width_m**2))
 
     def holds(self, x_m: float, y_m: float) -> bool:
         """Whether a point is beyond the wall's circle and between the passage's walls."""

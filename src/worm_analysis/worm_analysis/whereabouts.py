@@ -1,6 +1,6 @@
 """Where head and body are in the rig: which visit, whether at the exit, and what that closes."""
 
-from math import hypot
+from math import hypot, nan
 
 from worm_analysis.angular_motion import NS
 from worm_analysis.attempts import Attempts
@@ -38,6 +38,8 @@ class Whereabouts:
         self._attempts = Attempts(parameters.stroke_window_s)
         self._visits = Visits()
         self._last_ns: int | None = None
+        self._home: Chamber | None = None
+        self._corridor = ExitCorridor(nan, nan, nan, nan)
         self.sums = PassageSums()
         self.searching = False
         self.away = True
@@ -87,11 +89,9 @@ class Whereabouts:
         self.searching = bool(head_in) and head_in == self.home and not self.away
         return events
 
-    def observe(
-        self, stamp_ns: int, theta_rad: float, contact: bool | None, exit_: Chamber
-    ) -> None:
+    def observe(self, stamp_ns: int, theta_rad: float, contact: bool | None) -> None:
         """Add what only the search along the wall can tell: contact and the unwrapped θ_h."""
-        self._visits.search(stamp_ns, theta_rad, contact, ExitCorridor.of(exit_).half_arc_rad)
+        self._visits.search(stamp_ns, theta_rad, contact, self._corridor.half_arc_rad)
 
     def finish(self) -> list[Event]:
         """End what is open, cut short."""
@@ -105,10 +105,12 @@ class Whereabouts:
         return head_in == self._visits.home or inside
 
     def _at_exit(self, state: BodyState, home: Chamber, threshold_m: float) -> list[Event]:
+        if home is not self._home:
+            self._home, self._corridor = home, ExitCorridor.of(home)
         was_active = self._attempts.active
         attempt = self._attempts.push(
             home.name,
-            ExitCorridor.of(home),
+            self._corridor,
             state.stamp_ns,
             _in_frame(home, state.frame_id, state.head),
             _in_frame(home, state.frame_id, state.centroid),
