@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import fields
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -165,13 +166,12 @@ class TrackerNode(Node):
         for tracked in given:
             state = tracked.state
             self._out[topics.WORM_STATE].publish(convert.body_state_to_msg(state))
-            if len(tracked.midline.u_px):
+            # One for every frame, empty where there is none: a viewer must not keep the last one.
+            self._out[topics.WORM_MIDLINE].publish(convert.midline_to_msg(tracked.midline, state))
+            if isfinite(state.head.x_m):
                 for topic, name in _POSES.items():
                     pose = convert.keypoint_to_pose(state, getattr(state, name))
                     self._out[topic].publish(pose)
-                self._out[topics.WORM_MIDLINE].publish(
-                    convert.midline_to_msg(tracked.midline, state)
-                )
         self._given += len(given)
         self._flow.publish(convert.counts_to_msg((self._taken, self._given)))
 
