@@ -50,7 +50,7 @@ def persistence(results: Results) -> Panel:
     known = np.isfinite(correlation.c) & (correlation.pairs >= enough)
     if np.count_nonzero(known) < 3:
         return Panel(**base, why=t_per.why or f"not enough data: {pairs} moments")
-    figure = new_figure(COLUMN_IN, 2.7)
+    figure = new_figure(COLUMN_IN, 3.0)
     axes = figure.add_subplot()
     lag, c = correlation.lag_s[known], correlation.c[known]
     error = np.nan_to_num(correlation.error[known])
@@ -71,7 +71,7 @@ def persistence(results: Results) -> Panel:
     axes.set_ylim(max(-1.05, low - 0.1), 1.08)
     axes.set_xlabel("$t$ (s)")
     axes.set_ylabel(r"$C_\theta(t)$")
-    axes.legend(loc="upper right", title=n, title_fontsize=7.0, alignment="right")
+    figure.legend(loc="outside upper center", ncols=2, title=n, title_fontsize=7.0)
     if t_per.value is None:
         say_n(axes, "no fit:\n" + t_per.why, x=0.03, y=0.03)
     alt = (

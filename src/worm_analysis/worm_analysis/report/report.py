@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from worm_analysis.report import numbers, symbols
-from worm_analysis.report.panel import thousands
+from worm_analysis.report.panel import NO_CHAMBER, thousands
 from worm_analysis.report.tables import Results, read_results
 from worm_msgs_py import Status
 
@@ -93,6 +93,7 @@ def render(results: Results) -> str:
         frame_rate=_frame_rate(results),
         events=_events(results),
         panels=panels,
+        no_chamber=NO_CHAMBER,
         beside=("fig-1c", "fig-7a", "fig-model"),
         comparison=rows,
         verdicts=verdict_in_words(rows),

@@ -66,7 +66,7 @@ def time_traces(results: Results) -> Panel:
 
 
 def contact_spans(t_s: Floats, contact: Floats) -> list[tuple[float, float]]:
-    """Return start and end of each run of frames in contact, s; a run ends with its last frame."""
+    """Return start and end of each run of frames in contact, s; it reaches to the next frame."""
     touching = np.r_[False, contact == 1.0, False]
     edges = np.flatnonzero(touching[1:] != touching[:-1])
     return [

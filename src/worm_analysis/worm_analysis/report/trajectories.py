@@ -1,5 +1,6 @@
 """Fig. 1c: where head, centroid and tail went in the chamber."""
 
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ from worm_analysis.report.examples import WHOLE_S, Indices, example_spans
 from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
 from worm_analysis.report.tables import POINTS, Results
 from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, PAGE_IN, new_figure, say_n
-from worm_msgs_py import Chamber
+from worm_msgs_py import Chamber, Where
 
 SHOWN_POINTS = 1500
 PASSAGE_SHOWN_MM = 3.0
+SAME_FRAME_MM = 1.0
+"""Far less than the chambers are apart, far more than a calibration is ever corrected."""
 READING = (
     "Head tip, centroid of the body's area and tail tip in the chamber's own frame: origin at its "
     "centre, <i>x</i> towards the middle of the exit, <i>y</i> such that angles grow "
@@ -39,9 +42,9 @@ def trajectories(results: Results) -> Panel:
     inside = [(chamber, _rows_in(results, chamber)) for chamber in results.chambers]
     inside = [(chamber, rows) for chamber, rows in inside if len(rows)]
     frames = sum(len(rows) for _, rows in inside)
-    n = counted(frames, "frames with a pose in a chamber")
-    if not inside:
-        return Panel(**base, n=n, why="the worm was not tracked in any chamber")
+    n = counted(frames, "frames with a pose")
+    if frames < 2:
+        return Panel(**base, n=n, why=f"not enough data: {frames} frames, 2 are needed")
     drawn: list[tuple[Chamber, Indices, bool]] = []
     if long:
         for example in example_spans(results, 1):
@@ -68,8 +71,13 @@ def trajectories(results: Results) -> Panel:
 
 
 def _rows_in(results: Results, chamber: Chamber) -> Indices:
+    """Return the frames with the head in a chamber, or in the passage and in its frame."""
     tracks = results.tracks
-    return np.flatnonzero((tracks["where"] == chamber.name) & np.isfinite(tracks["head_x_mm"]))
+    here = tracks["where"] == chamber.name
+    x_m, y_m = chamber.to_metres(tracks["head_u_px"], tracks["head_v_px"])
+    off_mm = np.hypot(1e3 * x_m - tracks["head_x_mm"], 1e3 * y_m - tracks["head_y_mm"])
+    beyond = (tracks["where"] == Where.PASSAGE.label) & (off_mm < SAME_FRAME_MM)
+    return np.flatnonzero((here | beyond) & np.isfinite(tracks["head_x_mm"]))
 
 
 def _size(panels: int) -> tuple[float, float]:
@@ -99,7 +107,7 @@ def _draw_lines(axes: Any, results: Results, rows: Indices) -> None:
 
 
 def _draw_points(axes: Any, results: Results, rows: Indices) -> None:
-    shown = rows[:: max(1, len(rows) // SHOWN_POINTS)]
+    shown = rows[:: ceil(len(rows) / SHOWN_POINTS)]
     for point in reversed(POINTS):
         x, y = (results.tracks[f"{point}_{axis}_mm"][shown] for axis in "xy")
         axes.plot(x, y, ".", color=COLOURS[point], markersize=1.8, alpha=0.55, label=point, mew=0)
