@@ -23,7 +23,7 @@ demo: $(READY) ## replay the example bag and write its report
 	@$(BIN)/worm replay bags/larva --out $(OUT)
 
 test: $(READY) ## all tests
-	@$(BIN)/python -m pytest -n auto
+	@$(BIN)/python -m pytest -n auto --dist loadgroup
 
 lint: $(READY) ## formatting, style, types
 	@$(BIN)/ruff format --check .

@@ -1,0 +1,6 @@
+"""`python -m benchmarks`: every benchmark, each a table of ratios taken in one run."""
+
+from benchmarks import graph
+
+if __name__ == "__main__":
+    graph.main()

@@ -1,0 +1,5 @@
+"""The `worm` command."""
+
+from worm_bringup.cli.app import main
+
+__all__ = ["main"]

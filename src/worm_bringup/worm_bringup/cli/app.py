@@ -1,0 +1,44 @@
+"""The `worm` command: its subcommands, and what every one of them does with an error."""
+
+import sys
+
+import typer
+
+from worm_analysis.report import ReportError
+from worm_bringup.cli.doctor import doctor
+from worm_bringup.cli.replay import replay
+from worm_bringup.cli.report import report
+from worm_bringup.cli.simulate import simulate
+from worm_bringup.trial import Incomplete
+from worm_tracker.errors import BadInput
+
+BAD_INPUT = 2
+INCOMPLETE = 1
+INTERRUPTED = 130
+
+app = typer.Typer(
+    name="worm",
+    help="Track a worm in a round chamber, analyse its search for the exit, and report.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
+)
+for command in (replay, simulate, report, doctor):
+    app.command()(command)
+
+
+def main() -> None:
+    """Run the command.
+
+    Exit status: 0 the result is complete; 1 it is not, nothing was written; 2 bad input, one line
+    on stderr says what and what to do; 130 interrupted.
+    """
+    try:
+        app()
+    except (BadInput, ReportError, FileExistsError) as error:
+        print(f"worm: {error}", file=sys.stderr)
+        sys.exit(BAD_INPUT)
+    except Incomplete as error:
+        print(f"worm: incomplete, no results were written: {error}", file=sys.stderr)
+        sys.exit(INTERRUPTED if error.result.interrupted else INCOMPLETE)

@@ -1,0 +1,105 @@
+"""What a person sees while a trial runs, and at its end."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+from rich.text import Text
+
+from worm_bringup.graph import Progress as Report
+from worm_bringup.graph import RunResult
+
+_SHOWN = (
+    "d_c",
+    "d_nc",
+    "delta_r_h",
+    "v_w",
+    "psi_b_negative_peak",
+    "psi_b_positive_peak",
+    "r_c_over_R",
+    "r_h_over_R",
+    "t_per",
+    "tau_h",
+)
+
+
+class _Speed(ProgressColumn):
+    def render(self, task: Task) -> Text:
+        speed = task.finished_speed or task.speed
+        return Text("" if speed is None else f"{speed:.0f} frames/s")
+
+
+@contextmanager
+def progress_bar(description: str) -> Iterator[Report]:
+    """Show a bar on stderr; give the function that moves it."""
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _Speed(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as progress:
+        task = progress.add_task(description, total=None)
+        yield lambda sent, total: progress.update(task, completed=sent, total=total)
+
+
+def show_result(result: RunResult, report: Path) -> None:
+    """Print what was found, where the time went, and last the path of the report."""
+    console = Console()
+    summary = json.loads((report.parent / "summary.json").read_text(encoding="utf-8"))
+    frames = summary["frames"]
+    others = ", ".join(
+        f"{name} {count}"
+        for name, count in frames.items()
+        if name not in ("read", "tracked") and count
+    )
+    console.print(
+        f"{frames['read']} frames in, {frames['tracked']} tracked"
+        + (f"; {others}" if others else "")
+        + f"; {result.frames / max(result.elapsed_s, 1e-9):.0f} frames/s"
+    )
+    if result.spent_s:
+        total = sum(result.spent_s.values())
+        shares = ", ".join(
+            f"{name} {100 * seconds / total:.0f} %" for name, seconds in result.spent_s.items()
+        )
+        console.print(f"time: {shares}", soft_wrap=True)
+    console.print(_table(summary["quantities"]))
+    console.print(f"Report: {report}", soft_wrap=True, highlight=False)
+
+
+def _table(quantities: dict[str, dict[str, Any]]) -> Table:
+    table = Table("quantity", "value", "95 % interval", "n", "unit", "paper")
+    for name in _SHOWN:
+        quantity = quantities.get(name)
+        if quantity is None:
+            continue
+        table.add_row(
+            name,
+            quantity.get("why", "") if quantity["value"] is None else _number(quantity["value"]),
+            ""
+            if quantity["low"] is None or quantity["high"] is None
+            else f"{_number(quantity['low'])} … {_number(quantity['high'])}",
+            str(quantity["n"]),
+            quantity["unit"],
+            _number(quantity["paper"]),
+        )
+    return table
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.3g}"

@@ -1,0 +1,126 @@
+"""`worm replay`: a bag goes in; tracks, analysis and a report come out."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from worm_bringup.cli import options
+from worm_bringup.cli.progress import progress_bar, show_result
+from worm_bringup.node_spec import NodeSpec
+from worm_bringup.provenance import bag_hash
+from worm_bringup.trial import Trial, run_trial
+from worm_tracker.bag_pictures import BagPictures
+from worm_tracker.errors import BadInput
+from worm_tracker.parameters import Polarity
+
+_PLAYER = "The player (as in ros2 bag play)"
+
+
+def replay(
+    bag: Annotated[Path, typer.Argument(help="A rosbag2 directory, an .mcap or a .db3 file.")],
+    out: options.Out,
+    topic: Annotated[
+        str, typer.Option(help="Topic of the pictures; found where there is one.")
+    ] = "",
+    rate: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            help="1 is real time; 0 is as fast as the graph can take it.",
+            rich_help_panel=_PLAYER,
+        ),
+    ] = 0.0,
+    start_offset: Annotated[
+        float, typer.Option(min=0.0, help="Seconds to leave out.", rich_help_panel=_PLAYER)
+    ] = 0.0,
+    playback_duration: Annotated[
+        float | None, typer.Option(help="Seconds to play.", rich_help_panel=_PLAYER)
+    ] = None,
+    loop: Annotated[
+        bool,
+        typer.Option(
+            "--loop",
+            help="Begin again at the end, until Ctrl-C; the results hold every round.",
+            rich_help_panel=_PLAYER,
+        ),
+    ] = False,
+    start_paused: Annotated[
+        bool,
+        typer.Option(
+            "--start-paused",
+            help="Wait for the service ~/resume or ~/play_next (with --visible).",
+            rich_help_panel=_PLAYER,
+        ),
+    ] = False,
+    polarity: options.PolarityOption = Polarity.DARK,
+    no_chamber: options.NoChamber = False,
+    radius_mm: options.RadiusMm = 10.0,
+    circle_px: options.CirclePx = None,
+    exit_deg: options.ExitDeg = None,
+    px_per_mm: options.PxPerMm = None,
+    contact_factor: options.ContactFactor = 0.3,
+    body_width_mm: options.BodyWidthMm = None,
+    processes: options.Processes = False,
+    visible: Annotated[
+        bool,
+        typer.Option(
+            "--visible",
+            help="Let other programs see the graph (ROS_DOMAIN_ID applies); otherwise it keeps "
+            "to itself.",
+            rich_help_panel="The graph",
+        ),
+    ] = False,
+    namespace: options.Namespace = "",
+) -> None:
+    """Replay a bag of a past trial: every frame, none lost, the same bytes every time.
+
+    Writes tracks.parquet, contacts.parquet, passages.parquet, summary.json, report.html and bag/
+    into OUT, whole or not at all.
+    """
+    if start_paused and not visible:
+        raise BadInput(
+            "--start-paused waits for a service call, which reaches only a visible graph: "
+            "add --visible"
+        )
+    if processes and visible:
+        raise BadInput(
+            "--processes keeps to a ROS domain of its own: leave out --visible, or --processes"
+        )
+    player: dict[str, Any] = {
+        "bag": str(bag),
+        "topic": topic,
+        "rate": rate,
+        "start_offset": start_offset,
+        "loop": loop,
+        "start_paused": start_paused,
+    }
+    if playback_duration is not None:
+        player["playback_duration"] = playback_duration
+    with BagPictures(bag, topic or None) as pictures:
+        chosen = pictures.topic
+    trial = Trial(
+        source=NodeSpec("worm_tracker.replay_node", "image_source", player),
+        origin={
+            "bag": bag.name,
+            "sha256": bag_hash(bag),
+            "topic": chosen,
+            "start_offset_s": start_offset,
+            "playback_duration_s": playback_duration,
+        },
+        tracker=options.tracker_parameters(
+            polarity=polarity,
+            no_chamber=no_chamber,
+            radius_mm=radius_mm,
+            circle_px=circle_px,
+            exit_deg=exit_deg,
+            px_per_mm=px_per_mm,
+        ),
+        analysis=options.analysis_parameters(
+            contact_factor=contact_factor, body_width_mm=body_width_mm
+        ),
+        namespace=namespace,
+    )
+    with progress_bar(bag.name) as progress:
+        result, report = run_trial(trial, out, progress, processes=processes, visible=visible)
+    show_result(result, report)

@@ -1,0 +1,126 @@
+"""One trial from pictures to a report: which nodes, with which parameters, into which directory."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from worm_analysis.parameters import AnalysisParameters
+from worm_analysis.report import write_report
+from worm_bringup.graph import Progress, RunResult, run_in_process
+from worm_bringup.node_spec import NodeSpec
+from worm_bringup.processes import run_in_processes
+from worm_bringup.provenance import provenance
+from worm_bringup.results_directory import results_directory
+from worm_tracker.parameters import TrackerParameters
+
+
+class Incomplete(RuntimeError):  # noqa: N818 (it is what the result is)
+    """A run ended before its results were whole; nothing was left behind."""
+
+    def __init__(self, result: RunResult):
+        super().__init__(result.missing or "the run did not come to its end")
+        self.result = result
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What is to be run.
+
+    Attributes
+    ----------
+    source : NodeSpec
+        The node that sends the pictures.
+    origin : mapping
+        What the pictures come from, for the results (name, hash).
+    tracker, analysis : mapping
+        Parameters that differ from their defaults.
+    namespace : str
+        ROS namespace of all nodes, such as ``/rig1``.
+    """
+
+    source: NodeSpec
+    origin: Mapping[str, Any]
+    tracker: Mapping[str, Any] = field(default_factory=dict)
+    analysis: Mapping[str, Any] = field(default_factory=dict)
+    namespace: str = ""
+
+    def nodes(self, out: Path | None) -> list[NodeSpec]:
+        """Return all nodes but the source; the recorder where there is something to write to."""
+        nodes = [
+            NodeSpec("worm_tracker.node", "tracker", self.tracker),
+            NodeSpec("worm_analysis.node", "analysis", self.analysis),
+            NodeSpec("worm_model.node", "model"),
+        ]
+        if out is not None:
+            parameters = {"out": str(out), "provenance": json.dumps(self._provenance())}
+            nodes.append(NodeSpec("worm_bringup.recorder_node", "recorder", parameters))
+        return nodes
+
+    def _provenance(self) -> Any:
+        return provenance(
+            self.origin,
+            {
+                "tracker": asdict(TrackerParameters(**self.tracker)),
+                "analysis": asdict(AnalysisParameters(**self.analysis)),
+            },
+        )
+
+
+def run_graph(
+    trial: Trial,
+    out: Path | None,
+    progress: Progress | None = None,
+    *,
+    processes: bool = False,
+    visible: bool = False,
+) -> RunResult:
+    """Run a trial's graph, recording into the empty directory `out` where there is one.
+
+    Parameters
+    ----------
+    processes : bool
+        Give each node a process of its own; such a graph is never visible.
+    visible : bool
+        Let other programs see the graph.
+    """
+    nodes = trial.nodes(out)
+    if processes:
+        return run_in_processes(trial.source, nodes, progress, namespace=trial.namespace)
+    return run_in_process(trial.source, nodes, progress, visible=visible, namespace=trial.namespace)
+
+
+def run_trial(
+    trial: Trial,
+    out: Path,
+    progress: Progress | None = None,
+    *,
+    processes: bool = False,
+    visible: bool = False,
+) -> tuple[RunResult, Path]:
+    """Run a trial and write its results, whole or not at all; the rest is as in `run_graph`.
+
+    Parameters
+    ----------
+    out : Path
+        The results directory to make; an earlier result there is replaced.
+
+    Returns
+    -------
+    RunResult, Path
+        How the run went, and the report.
+
+    Raises
+    ------
+    BadInput
+        The input cannot be used.
+    Incomplete
+        A signal ended the run, or a node did not finish.
+    """
+    with results_directory(out) as partial:
+        result = run_graph(trial, partial, progress, processes=processes, visible=visible)
+        if not result.complete:
+            raise Incomplete(result)
+        report = write_report(partial)
+    return result, out / report.name
