@@ -12,7 +12,10 @@ import pytest
 import rclpy
 from hypothesis import settings
 from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
+
+from worm_tracker.source_node import drain
 
 settings.register_profile("worm", deadline=None, derandomize=True)
 settings.load_profile("worm")
@@ -25,3 +28,28 @@ def ros_context():
     rclpy.init(context=context, signal_handler_options=SignalHandlerOptions.NO)
     yield context
     rclpy.shutdown(context=context)
+
+
+@pytest.fixture
+def run_graph(ros_context):
+    """Give a function that runs a source and other nodes, made in `ros_context`, to the end.
+
+    Step and drain: a frame is published when nothing is left to do for the one before, so the
+    test needs no sleep and loses nothing.
+    """
+
+    def run(source, *nodes):
+        executor = SingleThreadedExecutor(context=ros_context)
+        for node in (source, *nodes):
+            executor.add_node(node)
+        try:
+            drain(executor)
+            while source.publish_next():
+                drain(executor)
+            drain(executor)
+        finally:
+            executor.shutdown()
+            for node in (source, *nodes):
+                node.destroy_node()
+
+    return run
