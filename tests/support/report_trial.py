@@ -175,12 +175,16 @@ def telegraph_walk(rate_1_s: float) -> tuple[Comparison, Correlation]:
     )
     comparison = Comparison(
         stamp_ns=0,
-        parameters=(("speed_m_s", 0.00202), ("mean_slide_m", 0.00195), ("reversal", 0.3)),
+        parameters=(
+            ("R_m", 0.01), ("v_m_s", 0.00202), ("mean_slide_m", 0.002), ("reversal", 0.3),
+            ("rule_per_cycle", 1.0), ("rule_rate", 0.0), ("hop_may_land", 0.0), ("walks", 2000.0),
+            ("d_c_is_measured", 1.0), ("reversal_per_cycle_is_measured", 0.0),
+        ),
         quantities=(
-            ModelQuantity("t_per", "s", 8.0, 5.0, 12.0, 1 / (2 * rate_1_s), 0.9 / (2 * rate_1_s),
-                          1.1 / (2 * rate_1_s)),
-            ModelQuantity("d_c", "m", 0.0020, 0.0016, 0.0025, 0.00195, 0.0019, 0.0020),
             ModelQuantity("tau_h", "s", modelled=50.0, modelled_low=49.0, modelled_high=51.0),
+            ModelQuantity("n_s", "per 30 min", 10.0, 5.0, 20.0, 12.0, 11.0, 13.0),
+            ModelQuantity("d_c", "m", 0.0020, 0.0016, 0.0025, 0.0020),
+            ModelQuantity("t_per", "s", 8.0, 5.0, 12.0, 1 / (2 * rate_1_s)),
         ),
     )  # fmt: skip
     return comparison, correlation

@@ -302,15 +302,15 @@ def test_picture_is_shown_as_it_is_v_down(tmp_path):
 def test_model_is_drawn_in_units_of_the_measurement(results):
     axes = model_comparison(results).figure.axes[0]
     assert [item.get_text() for item in axes.get_yticklabels()] == [
-        r"$\langle d_c \rangle$", "$t_{per}$",
+        "$t_{per}$", "$n_s$",
     ]  # fmt: skip
     places = {
         (bar.get_label(), round(float(bar[0].get_ydata()[0]))): float(bar[0].get_xdata()[0])
         for bar in axes.containers
     }
     assert places["measured", 0] == places["measured", 1] == 1
-    assert places["boundary walk", 1] == pytest.approx(5.0 / 8.0)
-    assert places["boundary walk", 0] == pytest.approx(1.95 / 2.0)
+    assert places["boundary walk", 1] == pytest.approx(12.0 / 10.0)
+    assert places["boundary walk", 0] == pytest.approx(5.0 / 8.0)
 
 
 @pytest.mark.parametrize("make", [trajectories, radii, body_angle, time_traces, persistence])

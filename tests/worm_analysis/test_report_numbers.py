@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_analysis.report.numbers import interval, plain, value, with_interval
+from worm_analysis.report.numbers import interval, plain, value, with_deviation, with_interval
 from worm_msgs_py import Quantity
 
 
@@ -41,3 +41,18 @@ def test_what_is_written_is_the_number_within_the_interval_s_precision(middle, b
 )  # fmt: skip
 def test_plain_numbers_have_no_idle_zeros(number, text):
     assert plain(number) == text
+
+
+@pytest.mark.parametrize(
+    ("number", "deviation", "text"),
+    [
+        (146.99999, 0.00121, "147.0000 ± 0.0012"),
+        (399.9961, 0.0216, "399.996 ± 0.022"),
+        (507.37, 0.01, "507.370 ± 0.010"),
+        (507.25, float("nan"), "507.25"),
+        (147.0 + 1e-12, float("nan"), "147"),
+        (float("nan"), float("nan"), "–"),
+    ],
+)
+def test_fitted_numbers_have_the_digits_of_their_deviation(number, deviation, text):
+    assert with_deviation(number, deviation) == text

@@ -70,12 +70,13 @@ def body_angle(results: Results) -> Panel:
     peaks = [results.quantity(f"psi_b_{side}_peak") for side in ("negative", "positive")]
     for peak in [peak for peak in peaks if peak.value is not None]:
         assert peak.value is not None
-        low = peak.value if peak.low is None else peak.low
-        high = peak.value if peak.high is None else peak.high
+        sides = None
+        if peak.low is not None and peak.high is not None:
+            sides = [[peak.value - peak.low], [peak.high - peak.value]]
         axes.errorbar(
             peak.value,
             0.68 * top,
-            xerr=[[peak.value - low], [high - peak.value]],
+            xerr=sides,
             fmt="o",
             color=INK,
             markersize=2.5,

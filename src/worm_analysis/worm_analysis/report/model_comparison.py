@@ -1,6 +1,6 @@
 """The boundary walk beside the measurement: which numbers it can hold together, and which not."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any
 
@@ -14,7 +14,10 @@ from worm_analysis.report.tables import Results
 from worm_analysis.report.theme import COLUMN_IN, INK, MODEL, PAPER_STYLE, new_figure
 from worm_msgs_py import ModelQuantity, Quantity
 
-AGREES, DISAGREES = "agrees", "does not agree"
+UNITS = {"_m_s": ("mm/s", 1e3), "_m": ("mm", 1e3), "_per_s": ("1/s", 1.0), "_s": ("s", 1.0)}
+CHOICES = ("hop_may_land", "effective_width")
+IS_MEASURED = "_is_measured"
+AGREES, DISAGREES, GIVEN = "agrees", "does not agree", "given to the walk"
 MILLI = {"m": "mm", "m/s": "mm/s"}
 READING = (
     "Each row is one quantity, in units of its measured value: black, the measurement with its "
@@ -45,7 +48,9 @@ def comparison_rows(results: Results) -> list[Row]:
     """Return what the model node compared, in its order."""
     if results.comparison is None:
         return []
-    return [_row(results, quantity) for quantity in results.comparison.quantities]
+    given, _ = origins(results)
+    rows = [_row(results, quantity) for quantity in results.comparison.quantities]
+    return [replace(row, verdict=GIVEN) if row.measured.name in given else row for row in rows]
 
 
 def verdict_in_words(rows: list[Row]) -> list[tuple[str, list[str]]]:
@@ -56,27 +61,59 @@ def verdict_in_words(rows: list[Row]) -> list[tuple[str, list[str]]]:
     ]
 
 
-def parameters_written(results: Results) -> list[tuple[str, str]]:
-    """Return name and value of each parameter of the walk; metres as millimetres."""
+def parameters_written(results: Results) -> list[str]:
+    """Return each parameter of the walk in words (HTML); metres as millimetres.
+
+    A parameter named ``NAME_is_measured`` says whether NAME is the trial's own; one that is 0 or 1
+    and names a rule or a choice is written as such.
+    """
     if results.comparison is None:
         return []
-    found = []
-    for name, number in results.comparison.parameters:
-        for suffix, unit in (("_m_s", "mm/s"), ("_m", "mm"), ("_per_s", "1/s"), ("_s", "s")):
-            if name.endswith(suffix):
-                scale = 1e3 if unit.startswith("mm") else 1.0
-                found.append((name.removesuffix(suffix), f"{plain(number * scale, 4)} {unit}"))
-                break
-        else:
-            found.append((name, plain(number, 4)))
-    return found
+    return [
+        f"{_words(name)} = {_with_unit(name, number)}"
+        for name, number in results.comparison.parameters
+        if not name.endswith(IS_MEASURED) and not (name.startswith("rule_") and number == 0)
+    ]
+
+
+def origins(results: Results) -> tuple[list[str], list[str]]:
+    """Return the walk's parameters that this trial gave, and those taken from the paper."""
+    given = {} if results.comparison is None else dict(results.comparison.parameters)
+    flags = {
+        name.removesuffix(IS_MEASURED): number
+        for name, number in given.items()
+        if name.endswith(IS_MEASURED)
+    }
+    return [name for name in flags if flags[name]], [name for name in flags if not flags[name]]
+
+
+def _words(name: str) -> str:
+    for suffix in (*UNITS, ""):
+        if name.endswith(suffix):
+            bare = name.removesuffix(suffix)
+            break
+    if bare.startswith("rule_"):
+        return "reversal counted"
+    return f"<i>{bare}</i>" if len(bare) == 1 else bare.replace("_", " ")
+
+
+def _with_unit(name: str, number: float) -> str:
+    if name.startswith("rule_"):
+        return name.removeprefix("rule_").replace("_", " ")
+    if name in CHOICES and number in (0.0, 1.0):
+        return "yes" if number else "no"
+    for suffix, (unit, scale) in UNITS.items():
+        if name.endswith(suffix):
+            return f"{plain(number * scale, 4)} {unit}"
+    return plain(number, 4)
 
 
 def model_comparison(results: Results) -> Panel:
     """Return the panel; the table beside it is made from `comparison_rows`."""
     rows = comparison_rows(results)
-    shown = [row for row in rows if _ratio(row.modelled.value, row.measured.value) is not None]
-    n = f"n\u00a0=\u00a0{len(shown)} quantities that were both measured and modelled"
+    told = [row for row in rows if row.verdict in (AGREES, DISAGREES)]
+    shown = [row for row in told if _ratio(row.modelled.value, row.measured.value) is not None]
+    n = f"n\u00a0=\u00a0{len(shown)} quantities that the walk predicts and the trial measures"
     base = {
         "key": "fig-model",
         "title": "The boundary walk beside the measurement",
@@ -90,9 +127,7 @@ def model_comparison(results: Results) -> Panel:
     if results.comparison is None:
         return Panel(**base, why="the model was not run on this trial")
     if not shown:
-        missing = [row.measured for row in rows if row.measured.value is None]
-        why = missing[0].why if missing else ""
-        return Panel(**base, why=why or "no quantity was both measured and modelled")
+        return Panel(**base, why="the trial measures none of what the walk predicts")
     figure = new_figure(COLUMN_IN, 0.9 + 0.27 * len(shown))
     axes = figure.add_subplot()
     axes.axvline(1.0, color=INK, linewidth=0.5)
@@ -107,11 +142,11 @@ def model_comparison(results: Results) -> Panel:
     by_name = dict(zip(names, handles, strict=True))
     order = [name for name in ("measured", "boundary walk", "paper") if name in by_name]
     figure.legend([by_name[name] for name in order], order, loc="outside upper center", ncols=3)
-    told = "; ".join(
+    words = "; ".join(
         f"{row.measured.name} measured {value(row.measured)}, modelled {value(row.modelled)}"
         for row in shown
     )
-    return Panel(**base, figure=figure, alt=f"Model against measurement: {told}.")
+    return Panel(**base, figure=figure, alt=f"Model against measurement: {words}.")
 
 
 def _row(results: Results, item: ModelQuantity) -> Row:

@@ -45,6 +45,14 @@ def plain(value: float | None, digits: int = 3) -> str:
     return text.replace("-", "−")
 
 
+def with_deviation(value: float, deviation: float) -> str:
+    """Write a number ± one standard deviation; without one, three decimals at most."""
+    if not (isfinite(deviation) and deviation > 0):
+        return plain(round(value, 3), 7) if isfinite(value) else "–"
+    decimals = decimals_for(0.0, -deviation, deviation)
+    return f"{written(value, decimals)} ± {written(deviation, decimals)}"
+
+
 def interval(quantity: Quantity) -> str:
     """Write the 95 % interval, a dash where there is none."""
     if quantity.value is None or quantity.low is None or quantity.high is None:

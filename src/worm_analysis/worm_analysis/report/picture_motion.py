@@ -6,7 +6,7 @@ import numpy as np
 
 from worm_analysis.report.panel import Panel, counted
 from worm_analysis.report.tables import POINTS, Floats, Results
-from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, new_figure, say_n
+from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, new_figure
 
 SPEED_WINDOW_S = 1.0
 WAY_READING = (
@@ -37,7 +37,7 @@ def picture_trajectories(results: Results) -> Panel:
     }
     if frames < 2:
         return Panel(**base, why=f"not enough data: {frames} frames with a centroid, 2 are needed")
-    figure = new_figure(COLUMN_IN, COLUMN_IN * 0.95)
+    figure = new_figure(COLUMN_IN, COLUMN_IN)
     axes = figure.add_subplot()
     for point in reversed(POINTS):
         u, v = tracks[f"{point}_u_px"], tracks[f"{point}_v_px"]
@@ -48,8 +48,9 @@ def picture_trajectories(results: Results) -> Panel:
     axes.set_xlabel("$u$ (px)")
     axes.set_ylabel("$v$ (px), down")
     handles, labels = axes.get_legend_handles_labels()
-    axes.legend(handles[::-1], labels[::-1], loc="upper left", handlelength=1.0)
-    say_n(axes, n, y=0.03)
+    figure.legend(
+        handles[::-1], labels[::-1], loc="outside upper center", ncols=3, title=n, title_fontsize=7
+    )
     return Panel(**base, figure=figure, alt=f"Trajectories of head, centroid and tail, {n}.")
 
 
@@ -73,18 +74,19 @@ def picture_motion(results: Results) -> Panel:
     if frames < 2:
         return Panel(**base, why=f"not enough data: {frames} frames with a speed, 2 are needed")
     length = mm_per_px * tracks["length_px"]
-    figure = new_figure(COLUMN_IN, COLUMN_IN * 0.95)
+    figure = new_figure(COLUMN_IN, COLUMN_IN)
     above, below = figure.subplots(2, 1, sharex=True)
     above.plot(t_s, v, color=COLOURS["centroid"], **_LINE)
     above.set_ylabel(f"speed ({unit}/s)")
     above.set_ylim(bottom=0)
-    say_n(above, n)
+    above.set_title(n, loc="right", pad=3)
     below.plot(t_s, length, color=INK, **_LINE)
     below.set_ylabel(f"length ({unit})")
     below.set_ylim(0, 1.15 * float(np.nanmax(length)) if np.isfinite(length).any() else 1)
     below.set_xlim(0, t_s[-1])
     below.set_xlabel("$t$ (s)")
-    say_n(below, counted(int(np.isfinite(length).sum()), "frames with a length"), y=0.04)
+    with_length = counted(int(np.isfinite(length).sum()), "frames with a length")
+    below.set_title(with_length, loc="right", pad=3)
     figure.align_ylabels([above, below])
     alt = f"Centroid speed (median {np.nanmedian(v):.3g} {unit}/s) and length against time, {n}."
     return Panel(**base, figure=figure, alt=alt)

@@ -58,6 +58,7 @@ def render(results: Results) -> str:
     # Drawing is slow to import, and most users of this package draw nothing.
     from worm_analysis.report.model_comparison import (
         comparison_rows,
+        origins,
         parameters_written,
         verdict_in_words,
     )
@@ -70,6 +71,7 @@ def render(results: Results) -> str:
             for panel in all_panels(results)
         ]
     rows = comparison_rows(results)
+    own, from_paper = origins(results)
     environment = Environment(
         loader=PackageLoader("worm_analysis.report", "."),
         autoescape=True,
@@ -79,7 +81,13 @@ def render(results: Results) -> str:
     )
     for name in ("html_symbol", "meaning"):
         environment.filters[name] = _as_markup(getattr(symbols, name))
-    for function in (numbers.value, numbers.interval, numbers.plain, thousands):
+    for function in (
+        numbers.value,
+        numbers.interval,
+        numbers.plain,
+        numbers.with_deviation,
+        thousands,
+    ):
         environment.filters[function.__name__] = function
     return environment.get_template("report.html.j2").render(
         results=results,
@@ -96,6 +104,8 @@ def render(results: Results) -> str:
         no_chamber=NO_CHAMBER,
         beside=("fig-1c", "fig-7a", "fig-model"),
         comparison=rows,
+        own=own,
+        from_paper=from_paper,
         verdicts=verdict_in_words(rows),
         walk=parameters_written(results),
     )
