@@ -1,5 +1,6 @@
 """The graph in one process: publish a frame, run callbacks until none is ready, and so on."""
 
+import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -10,7 +11,7 @@ from rclpy.node import Node
 
 from worm_bringup.isolation import keep_freed_memory, own_context
 from worm_bringup.node_spec import NodeSpec
-from worm_tracker.source_node import SourceNode, drain, spin_source, stop_on_signals
+from worm_tracker.source_node import SourceNode, drain, spin_source, stop_on_signals, until_stopped
 
 Progress = Callable[[int, int | None], None]
 """Called with the number of frames that were sent, and of those to come in all where known."""
@@ -55,6 +56,8 @@ def run_in_process(
 ) -> RunResult:
     """Run a graph in this process, to the end of its source or to SIGINT or SIGTERM.
 
+    A signal ends a live source in good order (the result is whole), any other run at once.
+
     Not a frame can be lost, whatever the speed of the nodes: the next one is published when there
     is nothing left to do for the one before.
 
@@ -86,24 +89,26 @@ def run_in_process(
             executor.add_node(node)
             made.append(node)
         spent_s = {spec.name: 0.0 for spec in (source, *nodes)}
-        return _run(executor, made, progress, stop.is_set, spent_s)
+        return _run(executor, made, progress, stop, spent_s)
 
 
 def _run(
     executor: SingleThreadedExecutor,
     nodes: list[Node],
     progress: Progress | None,
-    stopped: Callable[[], bool],
+    stop: threading.Event,
     spent_s: dict[str, float],
 ) -> RunResult:
     source = nodes[0]
     if not isinstance(source, SourceNode):
         raise TypeError(f"{source.get_name()} is not a source of pictures")
 
+    goes_on = until_stopped(source, stop)
+
     def keep_on() -> bool:
         if progress is not None:
             progress(source.sent, source.expected)
-        return not stopped()
+        return goes_on()
 
     drain(executor, spent_s)  # what nodes have published as they were made
     began_s = time.perf_counter()

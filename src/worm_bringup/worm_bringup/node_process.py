@@ -3,11 +3,13 @@
 The two talk in lines of JSON over the child's standard input and output:
 
 from the child
-    ``{"ready": {"publishes": {topic: n}, "subscribes": {topic: n}}, "finite": bool}``,
+    ``{"ready": {"publishes": {topic: n}, "subscribes": {topic: n}}, "finite": bool,
+    "live": bool}``,
     ``{"matched": true}``, ``{"progress": [sent, expected]}``, ``{"done": true}``,
     ``{"late": "what is missing"}``, ``{"error": line}``
 from the parent
-    ``{"peers": {"publishes": ..., "subscribes": ...}}``, ``{"go": true}``, ``{"end": true}``
+    ``{"peers": {"publishes": ..., "subscribes": ...}}``, ``{"go": true}``,
+    ``{"finish": true}`` (a live source), ``{"end": true}``
 
 An end of file from the parent ends the child, so nothing outlives a parent that was killed.
 """
@@ -30,7 +32,7 @@ from rclpy.signals import SignalHandlerOptions
 from worm_bringup.isolation import keep_freed_memory
 from worm_bringup.node_spec import NodeSpec
 from worm_tracker.errors import BadInput
-from worm_tracker.source_node import TICK_S, SourceNode, spin_source
+from worm_tracker.source_node import TICK_S, SourceNode, spin_source, until_stopped
 
 MATCH_TIMEOUT_S = 20.0
 BAD_INPUT_STATUS = 2
@@ -45,6 +47,7 @@ class Leash:
         self._out = out
         self.peers: dict[str, dict[str, int]] | None = None
         self.may_go = False
+        self.must_finish = threading.Event()
         self.must_end = threading.Event()
 
     def say(self, **message: Any) -> None:
@@ -60,6 +63,8 @@ class Leash:
             message = json.loads(line)
             self.peers = message.get("peers", self.peers)
             self.may_go = self.may_go or "go" in message
+            if "finish" in message:
+                self.must_finish.set()
             if "end" in message:
                 break
             wake()
@@ -96,7 +101,9 @@ def unmatched(node: Node, peers: dict[str, dict[str, int]]) -> list[str]:
 
 def _meet(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
     """Wait until every peer is connected, so that not even the first frame is lost."""
-    leash.say(ready=endpoints(node), finite=hasattr(node, "done"))
+    leash.say(
+        ready=endpoints(node), finite=hasattr(node, "done"), live=getattr(node, "live", False)
+    )
     deadline_s = time.monotonic() + MATCH_TIMEOUT_S
     said = False
     while not leash.may_go and not leash.must_end.is_set():
@@ -117,9 +124,12 @@ def _meet(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
 def _work(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
     """Run the node until the parent says that all is done."""
     said_s = 0.0
+    goes_on = until_stopped(node, leash.must_finish) if isinstance(node, SourceNode) else None
 
     def keep_on() -> bool:
         nonlocal said_s
+        if goes_on is not None:
+            goes_on()
         if time.monotonic() - said_s > _PROGRESS_EVERY_S:
             said_s = time.monotonic()
             leash.say(progress=[node.sent, node.expected])

@@ -57,6 +57,7 @@ class NodeProcess:
         )
         self.endpoints: dict[str, dict[str, int]] | None = None
         self.finite = True  # says when it is done
+        self.live = False  # a source that a signal ends in good order
         self.matched = False
         self.done = False
         self.late = ""
@@ -128,7 +129,7 @@ def run_in_processes(
             "FASTRTPS_DEFAULT_PROFILES_FILE": str(profile),
         }
         stop = stack.enter_context(stop_on_signals())
-        family = Family(stop.is_set, progress)
+        family = Family(stop, progress)
         stack.callback(family.end)
         for spec in (source, *nodes):
             child = NodeProcess(spec, namespace, folder, environment, family.inbox)
@@ -139,10 +140,10 @@ def run_in_processes(
 class Family:
     """The parent's view of its children."""
 
-    def __init__(self, stopped: Callable[[], bool], progress: Progress | None) -> None:
+    def __init__(self, stop: threading.Event, progress: Progress | None) -> None:
         self.children: list[NodeProcess] = []
         self.inbox: Inbox = queue.Queue()
-        self._stopped = stopped
+        self._stop = stop
         self._progress = progress
         self._sent = 0
         self._expected: int | None = None
@@ -184,11 +185,21 @@ class Family:
     def _until(self, reached: Callable[[], bool]) -> bool:
         """Hear the children until something is reached, or a signal comes; say which."""
         while not reached():
-            if self._stopped():
+            if self._stop.is_set() and not self._finish_live():
                 return False
             with suppress(queue.Empty):
                 self._hear(*self.inbox.get(timeout=TICK_S))
         return True
+
+    def _finish_live(self) -> bool:
+        """Let a live source end in good order at the first signal; say whether there is one."""
+        live = [child for child in self.children if child.live and child.matched]
+        for child in live:
+            child.live = False
+            child.say(finish=True)
+        if live:
+            self._stop.clear()
+        return bool(live)
 
     def _hear(self, child: NodeProcess, message: dict[str, Any] | None) -> None:
         if message is None:
@@ -200,6 +211,7 @@ class Family:
             raise BadInput(message["error"])
         child.endpoints = message.get("ready", child.endpoints)
         child.finite = message.get("finite", child.finite)
+        child.live = message.get("live", child.live)
         child.matched = child.matched or "matched" in message
         child.done = child.done or "done" in message
         child.late = message.get("late", child.late)

@@ -50,7 +50,12 @@ class SourceNode(Node):
         Frames that will have been published at the end, where that is known.
     window : int
         Greatest number of frames in flight; 0 where nobody is waited for.
+    live : bool
+        Whether a signal ends the stream in good order (`end_now`), as it has no other end. A
+        recording that is not played to its end is incomplete instead.
     """
+
+    live = False
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(NAME, start_parameter_services=False, **node_arguments)
@@ -105,6 +110,10 @@ class SourceNode(Node):
 
     def publish_next(self) -> bool:
         """Publish the next picture; at the end announce the end instead, and return False."""
+        raise NotImplementedError
+
+    def end_now(self) -> None:
+        """End a live stream: the next `publish_next` but those of waiting frames is the last."""
         raise NotImplementedError
 
     def counts(self) -> dict[str, str]:
@@ -235,6 +244,21 @@ def stop_on_signals() -> Iterator[threading.Event]:
             signal.signal(number, handler)
 
 
+def until_stopped(source: SourceNode, stop: threading.Event) -> Callable[[], bool]:
+    """Return what to ask before each step: a first stop ends a live source, a second one all."""
+    asked_to_end = False
+
+    def keep_on() -> bool:
+        nonlocal asked_to_end
+        if stop.is_set() and source.live and not asked_to_end:
+            asked_to_end = True
+            stop.clear()
+            source.end_now()
+        return not stop.is_set()
+
+    return keep_on
+
+
 def run_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> int:
     """Run one source as a process: wait for someone to look, send everything, end.
 
@@ -251,7 +275,8 @@ def run_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> 
             executor.add_node(source)
             while not stop.is_set() and not source.is_watched:
                 executor.spin_once(timeout_sec=TICK_S)
-            ended = spin_source(executor, source, lambda: not stop.is_set(), heed_window=True)
+            keep_on = until_stopped(source, stop)
+            ended = spin_source(executor, source, keep_on, heed_window=True)
             while not stop.is_set() and source.window > 0 and source.in_flight > 0:
                 executor.spin_once(timeout_sec=TICK_S)  # the latched end must be there to be read
             source.destroy_node()
