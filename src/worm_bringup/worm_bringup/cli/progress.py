@@ -52,7 +52,8 @@ def progress_bar(description: str) -> Iterator[Report]:
         _Speed(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True)) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
         task = progress.add_task(description, total=None)
         yield lambda sent, total: progress.update(task, completed=sent, total=total)
 
