@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from worm_analysis.report.numbers import plain, value
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
 from worm_analysis.report.symbols import plain_symbol
 from worm_analysis.report.tables import Results
 from worm_analysis.report.theme import COLUMN_IN, INK, MODEL, PAPER_STYLE, new_figure
@@ -23,7 +23,8 @@ READING = (
     "Each row is one quantity, in units of its measured value: black, the measurement with its "
     "95 % interval; purple, the boundary walk (slides and hops along the wall, reversing at "
     "random) with the 95 % interval of its mean; cross, the paper's value. Where the two intervals "
-    "do not overlap, the walk with these parameters does not describe the trial in that respect."
+    "do not overlap, the walk with these parameters does not describe the trial in that respect. "
+    "A quantity that is 0 is in the table alone."
 )
 
 
@@ -113,7 +114,8 @@ def model_comparison(results: Results) -> Panel:
     rows = comparison_rows(results)
     told = [row for row in rows if row.verdict in (AGREES, DISAGREES)]
     shown = [row for row in told if _ratio(row.modelled.value, row.measured.value) is not None]
-    n = f"n\u00a0=\u00a0{len(shown)} quantities that the walk predicts and the trial measures"
+    items = "quantity" if len(shown) == 1 else "quantities"
+    n = counted(len(shown), f"{items} that the walk predicts and the trial measures")
     base = {
         "key": "fig-model",
         "title": "The boundary walk beside the measurement",

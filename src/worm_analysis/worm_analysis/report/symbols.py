@@ -47,14 +47,14 @@ SYMBOLS: dict[str, tuple[str, str, str]] = {
     "n_s": ("<i>n</i><sub>s</sub>", "$n_s$", "skips over the exit"),
     "success": ("success", "success", "passages after the head's entry"),
     "failures_without_contact": (
-        "failures, free",
+        "failures without contact",
         "free failures",
-        "of the failed entries, without wall contact",
+        "part of the failed entries",
     ),
     "failures_in_elongation": (
-        "failures, elongation",
         "failures in elongation",
-        "of the failed entries, during elongation",
+        "failures in elongation",
+        "part of the failed entries",
     ),
     "beta": ("β", r"$\beta$", "decay of F(x<sub>p</sub>)"),
     "w_s": ("<i>w</i><sub>s</sub>", "$w_s$", "effective width √(W² + h²)"),

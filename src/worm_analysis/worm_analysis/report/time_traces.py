@@ -53,7 +53,9 @@ def time_traces(results: Results) -> Panel:
             axes.tick_params(labelleft=axes is grid[row, 0])
     for axes in grid[2:].flat:
         step = 90 if axes.get_ylim()[1] > 100 else 45
+        limits = axes.get_ylim()
         axes.set_yticks(np.arange(-2, 3) * step)
+        axes.set_ylim(limits)
     labels = ("$r_h$ (mm)", r"$\theta_h$ (degrees)", r"$\psi_b$ (degrees)", r"$\psi_h$ (degrees)")
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(label)
@@ -108,8 +110,9 @@ def _draw_column(column: Any, results: Results, rows: Indices) -> None:
 
 
 def _angle_limits(angle_deg: Floats) -> tuple[float, float]:
-    """Return symmetric limits: a quarter of a turn either way, or all of it."""
-    reach = 180.0 if np.nanmax(np.abs(angle_deg), initial=0.0) > 100.0 else 100.0
+    """Return symmetric limits that leave nothing out: a quarter of a turn at least."""
+    largest = float(np.nanmax(np.abs(angle_deg), initial=0.0))
+    reach = next((reach for reach in (100.0, 140.0) if largest <= reach), 180.0)
     return -reach, reach
 
 
