@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_tracker.outline import arc_length
+from worm_tracker.outline import arc_length, tangents
 
 Floats = NDArray[np.float64]
 
@@ -21,8 +21,8 @@ ACTIVITY_FRAMES = 100.0
 """Memory of the liveliness."""
 CERTAIN_ODDS = 3.0
 """Beyond this (95 %) the head is taken as decided."""
-LINK_WIDTHS = 0.3
-"""Difference of the two ways to join two midlines, in widths, that makes one e times likelier."""
+LINK_WIDTHS = 0.15
+"""Typical distance, in widths, of a body's points from where they were a frame before."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -100,8 +100,10 @@ class HeadTail:
         turned = _distance(points[::-1], self._last)
         flipped = turned < straight
         points = points[::-1] if flipped else points
-        scale = LINK_WIDTHS * width * np.sqrt(self._gap)
-        reliability = 1 / (1 + np.exp(-min(abs(turned - straight) / scale, 30.0)))
+        near, far = sorted((straight, turned))
+        # Where even the better way is far off, only the ratio of the two says anything.
+        spread = (LINK_WIDTHS * width) ** 2 * self._gap + near**2
+        reliability = 1 / (1 + np.exp(-min((far**2 - near**2) / (2 * spread), 30.0)))
         self._motion = _dilute(self._motion, float(reliability))
         if self._gap <= 3:
             self._weigh(points, self._last, 2 * float(reliability) - 1)
@@ -112,8 +114,7 @@ class HeadTail:
     def _weigh(self, points: Floats, last: Floats, trust: float) -> None:
         """Add what the motion between two midlines says, as far as their link is trusted."""
         length = arc_length(last)[-1]
-        tangent = -np.gradient(last, axis=0)  # towards the first end
-        tangent /= np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)[:, None]
+        tangent = -tangents(last)  # towards the first end
         moved = points - last
         n = len(points)
         body = slice(n // 8, n - n // 8)

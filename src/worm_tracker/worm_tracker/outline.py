@@ -1,7 +1,9 @@
 """From an outline to a first midline: the two ends, the two sides, and what lies between them."""
 
 from dataclasses import dataclass
+from math import inf, log
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -68,6 +70,13 @@ def resample(curve: Floats, count: int) -> Floats:
     return at_arc(curve, s, np.linspace(0.0, s[-1], count))
 
 
+def smooth_along(padded: Floats, sigma: float, pad: int) -> Floats:
+    """Smooth a curve along itself by a Gaussian; `pad` points at either end are cut off again."""
+    size = (1, 2 * pad + 1)
+    blurred = cv2.GaussianBlur(np.ascontiguousarray(padded), size, sigma, sigmaY=sigma)
+    return np.asarray(blurred[pad:-pad], np.float64)
+
+
 def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None) -> Rough | None:
     """Find the midline of a body that does not touch itself.
 
@@ -131,23 +140,23 @@ def _smooth_loop(contour: NDArray[np.int32], width: float) -> Floats:
     count = max(16, round(arc_length(closed)[-1] / max(1.0, width / 8)))
     loop = resample(closed, count + 1)[:-1]
     sigma = 0.12 * width * count / max(_loop_length(loop), 1.0)
-    return np.asarray(ndimage.gaussian_filter1d(loop, max(sigma, 0.8), axis=0, mode="wrap"))
+    sigma = max(sigma, 0.8)
+    pad = min(int(np.ceil(3 * sigma)) + 1, count)
+    return smooth_along(np.concatenate([loop[-pad:], loop, loop[:pad]]), sigma, pad)
 
 
 def _loop_length(loop: Floats) -> float:
-    d = np.diff(loop, axis=0, append=loop[:1])
-    return float(np.hypot(d[:, 0], d[:, 1]).sum())
+    return float(arc_length(loop)[-1] + np.hypot(*(loop[0] - loop[-1])))
 
 
 def _turn(loop: Floats, step: int) -> Floats:
     """Return the convex turn of the outline over a stretch of `step` points to either side."""
-    back = loop - np.roll(loop, step, axis=0)
-    ahead = np.roll(loop, -step, axis=0) - loop
-    cross = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
-    dot = (back * ahead).sum(1)
-    angle = np.arctan2(cross, dot)
-    x, y = loop[:, 0], loop[:, 1]
-    area = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
+    u, v = np.concatenate([loop[-step:], loop, loop[:step]]).T
+    u, v = u[step:] - u[:-step], v[step:] - v[:-step]
+    (back_u, ahead_u), (back_v, ahead_v) = (u[:-step], u[step:]), (v[:-step], v[step:])
+    angle = np.arctan2(back_u * ahead_v - back_v * ahead_u, back_u * ahead_u + back_v * ahead_v)
+    area = loop[-1, 0] * loop[0, 1] - loop[-1, 1] * loop[0, 0]
+    area += loop[:-1, 0] @ loop[1:, 1] - loop[:-1, 1] @ loop[1:, 0]
     # Past a half turn (a thin tail) the angle wraps: a sharp end is convex, never concave.
     signed = angle * np.sign(area)
     return np.asarray(np.where(signed < -2.6, signed + 2 * np.pi, signed))
@@ -164,20 +173,23 @@ def _best_pair(
     loop: Floats, turn: Floats, ends: NDArray[np.int64], width: float, last: Floats | None
 ) -> tuple[int, int] | None:
     """Return the pair of candidates that make the most likely worm, in the outline's order."""
-    best, most = None, -float("inf")
+    best, most = None, -inf
     n = len(loop)
-    for k, a in enumerate(ends):
-        for b in ends[k + 1 :]:
-            i, j = sorted((int(a), int(b)))
-            sides = j - i, n - (j - i)
-            score = min(turn[i], 2.6) + min(turn[j], 2.6) - 4 * abs(np.log(sides[0] / sides[1]))
-            if last is not None:
-                tips = loop[[i, j]]
-                off = min(
-                    np.hypot(*(tips - last[[0, -1]]).T).sum(),
-                    np.hypot(*(tips - last[[-1, 0]]).T).sum(),
-                )
-                score -= 0.15 * min(off / width, 12.0)
+    sharpness = np.minimum(turn[ends], 2.6).tolist()
+    where = ends.tolist()
+    off = np.zeros((len(where), 2)) if last is None else _distances(loop[ends], last[[0, -1]])
+    for a in range(len(where)):
+        for b in range(a + 1, len(where)):
+            side = abs(where[a] - where[b])
+            score = sharpness[a] + sharpness[b] - 4 * abs(log(side / (n - side)))
+            moved = min(off[a, 0] + off[b, 1], off[a, 1] + off[b, 0])
+            score -= 0.15 * min(moved / width, 12.0)
             if score > most:
-                best, most = (i, j), score
+                best, most = (min(where[a], where[b]), max(where[a], where[b])), score
     return best
+
+
+def _distances(a: Floats, b: Floats) -> Floats:
+    """Return the distance of every point of `a` from every point of `b`."""
+    d = a[:, None] - b[None]
+    return np.asarray(np.sqrt((d * d).sum(-1)))
