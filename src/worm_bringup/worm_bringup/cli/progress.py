@@ -71,16 +71,22 @@ def show_result(result: RunResult, report: Path) -> None:
     console.print(
         f"{frames['read']} frames in, {frames['tracked']} tracked"
         + (f"; {others}" if others else "")
-        + f"; {result.frames / max(result.elapsed_s, 1e-9):.0f} frames/s"
     )
+    show_speed(result)
+    console.print(_table(summary["quantities"]))
+    console.print(f"Report: {report}", soft_wrap=True, highlight=False)
+
+
+def show_speed(result: RunResult) -> None:
+    """Print the frames that were sent, how fast, and where the time went."""
+    console = Console()
+    console.print(f"{result.frames} frames, {result.frames / max(result.elapsed_s, 1e-9):.0f} / s")
     if result.spent_s:
         total = sum(result.spent_s.values())
         shares = ", ".join(
             f"{name} {100 * seconds / total:.0f} %" for name, seconds in result.spent_s.items()
         )
         console.print(f"time: {shares}", soft_wrap=True)
-    console.print(_table(summary["quantities"]))
-    console.print(f"Report: {report}", soft_wrap=True, highlight=False)
 
 
 def _table(quantities: dict[str, dict[str, Any]]) -> Table:

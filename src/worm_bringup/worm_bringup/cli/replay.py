@@ -11,7 +11,7 @@ from worm_bringup.node_spec import NodeSpec
 from worm_bringup.provenance import bag_hash
 from worm_bringup.trial import Trial, run_trial
 from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.errors import BadInput
+from worm_tracker.errors import BadInput, TrackerError
 from worm_tracker.parameters import Polarity
 
 _PLAYER = "The player (as in ros2 bag play)"
@@ -121,6 +121,9 @@ def replay(
         ),
         namespace=namespace,
     )
-    with progress_bar(bag.name) as progress:
-        result, report = run_trial(trial, out, progress, processes=processes, visible=visible)
+    try:
+        with progress_bar(bag.name) as progress:
+            result, report = run_trial(trial, out, progress, processes=processes, visible=visible)
+    except TrackerError as error:  # knows the pictures, not where they come from
+        raise BadInput(f"{bag}: {error}") from None
     show_result(result, report)

@@ -1,0 +1,93 @@
+"""`worm live`: watch the rig through a camera, and record it."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from worm_bringup.cli import options
+from worm_bringup.cli.progress import progress_bar, show_result, show_speed
+from worm_bringup.node_spec import NodeSpec
+from worm_bringup.trial import Incomplete, Trial, run_graph, run_trial
+from worm_tracker.parameters import Polarity
+
+_CAMERA = "The camera"
+
+
+def live(
+    camera: Annotated[
+        str,
+        typer.Option(
+            help="A device (/dev/video0 or 0), an http:// (MJPEG) or rtsp:// address, or a video "
+            "file, played in real time.",
+            rich_help_panel=_CAMERA,
+        ),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Results directory to make at the end; none where not given."),
+    ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(
+            help="Bag to record the pictures into, as they go; its replay gives the same results.",
+            rich_help_panel=_CAMERA,
+        ),
+    ] = None,
+    reconnections: Annotated[
+        int,
+        typer.Option(
+            min=0, help="How often in a row to open a lost stream anew.", rich_help_panel=_CAMERA
+        ),
+    ] = 5,
+    polarity: options.PolarityOption = Polarity.DARK,
+    no_chamber: options.NoChamber = False,
+    radius_mm: options.RadiusMm = 10.0,
+    circle_px: options.CirclePx = None,
+    exit_deg: options.ExitDeg = None,
+    px_per_mm: options.PxPerMm = None,
+    contact_factor: options.ContactFactor = 0.3,
+    body_width_mm: options.BodyWidthMm = None,
+    private: Annotated[
+        bool,
+        typer.Option(
+            "--private",
+            help="Hide the graph from other programs; otherwise Foxglove and ros2 topic see it "
+            "(ROS_DOMAIN_ID applies).",
+            rich_help_panel="The graph",
+        ),
+    ] = False,
+    namespace: options.Namespace = "",
+) -> None:
+    """Track and analyse while the camera films; Ctrl-C ends the trial in good order.
+
+    The latest frame wins: the tracker never lags behind, and what it skips is counted.
+    """
+    parameters: dict[str, Any] = {"camera": camera, "reconnections": reconnections}
+    if record is not None:
+        parameters["record"] = str(record)
+    trial = Trial(
+        source=NodeSpec("worm_tracker.camera_node", "image_source", parameters),
+        origin={"camera": camera},
+        tracker=options.tracker_parameters(
+            polarity=polarity,
+            no_chamber=no_chamber,
+            radius_mm=radius_mm,
+            circle_px=circle_px,
+            exit_deg=exit_deg,
+            px_per_mm=px_per_mm,
+        ),
+        analysis=options.analysis_parameters(
+            contact_factor=contact_factor, body_width_mm=body_width_mm
+        ),
+        namespace=namespace,
+    )
+    with progress_bar("live") as progress:
+        if out is not None:
+            result, report = run_trial(trial, out, progress, visible=not private)
+            show_result(result, report)
+            return
+        result = run_graph(trial, None, progress, visible=not private)
+    if not result.complete:
+        raise Incomplete(result)
+    show_speed(result)
