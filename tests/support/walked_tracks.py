@@ -92,13 +92,12 @@ def track_from_polar(t_s, r_h, theta_h, psi_b, chamber="chamber_a", body=5e-3):
     )
 
 
-def slides_and_hops(
-    seed, duration_s, rate_hz, speed=2e-3, d_c=1.95e-3, d_nc=1.46e-3, delta_r=1.14e-3, reversal=0.05
-):
+def walk(seed, duration_s, speed=2e-3, d_c=1.95e-3, d_nc=1.46e-3, delta_r=1.14e-3, reversal=0.05):
     """A head that slides and hops along the wall by exponential distances at constant speed.
 
     Each excursion goes from the threshold of contact inwards by an exponential depth. After an
-    excursion the direction is reversed with a fixed probability.
+    excursion the direction is reversed with a fixed probability. Returns the times and angles at
+    which episodes meet (one more than episodes), and the depth of each episode.
     """
     rng = np.random.default_rng(seed)
     times, angles, depths = [0.0], [0.3], []
@@ -111,12 +110,18 @@ def slides_and_hops(
         if not sliding and rng.random() < reversal:
             direction = -direction
         sliding = not sliding
+    return np.array(times), np.array(angles), np.array(depths)
+
+
+def slides_and_hops(seed, duration_s, rate_hz):
+    """The track of `walk`, filmed; the body leans into the direction of motion by 32°."""
+    times, angles, depths = walk(seed, duration_s)
     t = np.arange(0, duration_s, 1 / rate_hz)
-    run = np.searchsorted(times, t, side="right") - 1
-    theta = np.interp(t, times, angles)
-    heading = np.sign(np.diff(angles))[run]
-    r = R - np.minimum(np.array(depths)[run], 0.9 * R)
-    return track_from_polar(t, r, theta, heading * np.radians(32) + rng.normal(0, 0.1, len(t)))
+    episode = np.searchsorted(times, t, side="right") - 1
+    heading = np.sign(np.diff(angles))[episode]
+    r = R - np.minimum(depths[episode], 0.9 * R)
+    psi_b = heading * np.radians(32) + np.random.default_rng([seed, 1]).normal(0, 0.1, len(t))
+    return track_from_polar(t, r, np.interp(t, times, angles), psi_b)
 
 
 def rough_track(seed, n=500):

@@ -126,6 +126,19 @@ def test_turning_back_before_the_exit_is_no_skip():
     assert of(Visit, path.events()[0])[0].skips == 0
 
 
+def test_what_the_head_did_while_it_was_lost_is_no_skip():
+    path = Path().along(-1.0, -0.3, DEEP, 40).lose(30).along(0.3, 1.0, DEEP, 40)
+    assert of(Visit, path.events()[0])[0].skips == 0
+
+
+def test_a_visit_whose_start_was_not_seen_is_incomplete():
+    path = Path().along(1.0, 0.2, ALONG_WALL, 30).into_exit(8e-3, 5, body_follows=True).lose(30)
+    path.along(1.3, 0.3, ALONG_WALL, 40, "chamber_b").into_exit(1e-3, 4, "chamber_b")
+    first, second = of(Visit, path.events()[0])
+    assert (first.complete, second.complete) == (False, False)
+    assert second.tau_h_s == pytest.approx(40 / RATE_HZ)
+
+
 def test_skips_after_a_withdrawal_count_for_the_trial():
     path = Path().along(1.0, 0.2, ALONG_WALL, 300).into_exit(1e-3, 5)
     path.along(-0.3, -0.5, DEEP, 10).along(-0.5, 0.5, DEEP, 20)

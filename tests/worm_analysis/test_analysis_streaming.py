@@ -8,7 +8,7 @@ from offline_analysis import Offline
 from walked_tracks import GEOMETRY, rough_track
 
 from worm_analysis.analysis import Analysis
-from worm_analysis.correlation import lag_grid
+from worm_analysis.correlation import SignCorrelation, lag_grid
 from worm_msgs_py import Episode, EpisodeKind
 
 seeds = st.integers(0, 2**32 - 1)
@@ -77,6 +77,36 @@ def test_correlation_and_speed_law_equal_the_plain_computation(seed):
     if sums.total("sin_sin"):
         slope, _ = sums.ratio("v_sin", "sin_sin")
         assert slope == pytest.approx(offline.slope_of_speed(), abs=1e-9)
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(1, 9), st.sampled_from([-1.0, 0.0, 1.0]), st.booleans()),
+        max_size=120,
+    )
+)
+def test_the_ring_of_past_signs_equals_the_plain_double_sum(steps):
+    """Cells are skipped, stretches are broken, and the ring of 8 cells goes round many times."""
+    lags = np.array([0, 1, 3, 7])
+    correlation = SignCorrelation(lags, 0.1)
+    cell, stretch, seen = 0, 0, []
+    for skipped, sign, broken in steps:
+        if broken and skipped > 5:
+            correlation.break_off()
+            stretch += 1
+        cell += skipped
+        seen.append((cell, sign, stretch))
+        correlation.push(cell * 100_000_000, sign)
+    c, pairs = correlation.curve()
+    for k, lag in enumerate(lags):
+        products = [
+            one * other
+            for at, one, here in seen
+            for then, other, there in seen
+            if at - then == lag and here == there
+        ]
+        assert pairs[k] == len(products)
+        assert c[k] == pytest.approx(np.mean(products) if products else np.nan, nan_ok=True)
 
 
 @settings(max_examples=20)

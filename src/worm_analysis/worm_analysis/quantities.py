@@ -16,6 +16,7 @@ from worm_analysis.statistics import (
     exponential_mean,
     finite_or_none,
     fraction,
+    merged_excursion_factor,
     poisson_rate,
     unmerged_means,
 )
@@ -138,17 +139,23 @@ def _positions(evidence: Evidence) -> list[Quantity]:
 
 
 def _episodes(evidence: Evidence) -> list[Quantity]:
-    """Return the exponential means of Fig. 3, the resolution limit taken into account."""
+    """Return the exponential means of Fig. 3, with what frames and pixels hide allowed for.
+
+    Episodes shorter than one and a half of the head's advance a frame (or of a pixel) are cut off,
+    and episodes that were taken for one because a short one between them was not seen are corrected
+    for; an excursion is deeper than the threshold of contact by definition.
+    """
     episodes, tell = evidence.search.episodes, partial(_tell, evidence)
     pixel_m = 1 / evidence.px_per_m if evidence.px_per_m > 0 else 0.0
     limit_m = 1.5 * max(episodes.step_m, pixel_m)
     n_c, excess_c, _ = episodes.d_c.above(limit_m)
     n_nc, excess_nc, _ = episodes.d_nc.above(limit_m)
-    scale_c = scale_nc = 1.0
+    scale_c = scale_nc = scale_r = 1.0
     if n_c and n_nc and episodes.step_m > 0:
         seen = (excess_c / n_c, excess_nc / n_nc)
         true = unmerged_means(*seen, episodes.step_m)
         scale_c, scale_nc = true[0] / seen[0], true[1] / seen[1]
+        scale_r = 1 / merged_excursion_factor(true[0], episodes.step_m)
     width_m = evidence.parameters.body_width_m or evidence.body.median_width()
     threshold_m = evidence.parameters.contact_factor * width_m
     return [
@@ -159,7 +166,7 @@ def _episodes(evidence: Evidence) -> list[Quantity]:
             "delta_r_h",
             episodes.delta_r_h,
             max(pixel_m, threshold_m if isfinite(threshold_m) else 0.0),
-            1.0,
+            scale_r,
             "complete excursions",
         ),
     ]

@@ -1,6 +1,6 @@
 """Estimates with 95 % intervals from sums: means of exponential laws, fractions, rates, peaks."""
 
-from math import isfinite, log
+from math import expm1, isfinite, log, log1p
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +58,24 @@ def unmerged_means(mean_c: float, mean_nc: float, step: float) -> tuple[float, f
         return mean_c, mean_nc
     rate = -log(1 - both) / step
     return both / (rate * leave_c), both / (rate * leave_nc)
+
+
+def merged_excursion_factor(mean_c: float, step: float) -> float:
+    """Return by how much unseen contacts enlarge the mean of an excursion's largest depth.
+
+    Two excursions whose contact in between falls between two frames are taken for one, which has
+    the larger depth of the two. With the probability q of such a contact, exponential depths have
+    the mean −ln(1 − q)/q of what they would have.
+
+    Parameters
+    ----------
+    mean_c : float
+        Mean length of a contact.
+    step : float
+        The head's net advance a frame, same unit.
+    """
+    unseen = 1 + expm1(-step / mean_c) * mean_c / step if step > 0 else 0.0
+    return -log1p(-unseen) / unseen if unseen > 1e-12 else 1.0
 
 
 def fraction(successes: int, n: int) -> Estimate:
