@@ -1,6 +1,6 @@
 """The analysis written plainly over whole arrays: the oracle that the streaming one must equal.
 
-Nothing is shared with `worm_analysis`: every definition of SCIENCE.md is written out again.
+Nothing is shared with `worm_analysis`: every definition of docs/science.md is written out again.
 """
 
 import numpy as np

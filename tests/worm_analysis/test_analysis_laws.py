@@ -74,7 +74,7 @@ def test_theta_h_is_unwrapped_over_many_turns():
 
 
 def test_a_body_that_trails_a_counter_clockwise_head_has_positive_psi_b():
-    """The law SCIENCE takes: psi_b > 0 <=> counter-clockwise, whatever the paper's text says."""
+    """docs/science.md: psi_b > 0 <=> counter-clockwise, whatever the paper's text says."""
     t = np.arange(0, 20, 0.05)
     for turn in (0.2, -0.2):
         r = np.full(len(t), R - THRESHOLD / 3)

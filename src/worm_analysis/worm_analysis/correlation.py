@@ -9,11 +9,11 @@ from scipy.special import stdtrit
 
 from worm_analysis.angular_motion import NS
 from worm_analysis.blocks import BlockSums
+from worm_analysis.paper_values import paper_value
 from worm_msgs_py import Correlation, Quantity
 
 Floats = NDArray[np.float64]
 
-PAPER_T_PER_S = 27.0
 SHORTEST_TRACK_IN_T_PER = 5.0
 
 
@@ -127,7 +127,7 @@ class SignCorrelation:
         observed_s = n * self._step_ns / NS
 
         def without(why: str) -> Quantity:
-            return Quantity("t_per", None, n=n, unit=unit, paper=PAPER_T_PER_S, why=why)
+            return Quantity("t_per", None, n=n, unit=unit, paper=paper_value("t_per"), why=why)
 
         if n < minimum_n:
             return without(f"not enough data: {observed_s:.0f} s with a direction of motion")
@@ -143,7 +143,7 @@ class SignCorrelation:
         if half is None:
             return without("not enough data: fewer than eight independent stretches of time")
         low, high = fitted * np.exp(-half), fitted * np.exp(half)
-        return Quantity("t_per", fitted, float(low), float(high), n, unit, PAPER_T_PER_S)
+        return Quantity("t_per", fitted, float(low), float(high), n, unit, paper_value("t_per"))
 
     def result(self, minimum_n: int) -> Correlation:
         """Return the curve, its error and the fitted exponential."""

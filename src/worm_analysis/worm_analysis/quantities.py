@@ -1,4 +1,4 @@
-"""Every number of a trial, with its interval, its n and the paper's value (SCIENCE.md)."""
+"""Every number of a trial, with its interval, its n and the paper's value (docs/science.md)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,6 +9,7 @@ from worm_analysis.body_sums import BodySums
 from worm_analysis.distributions import ExcessSums
 from worm_analysis.episode_sums import PassageSums
 from worm_analysis.frame_sums import RADIUS_EDGES
+from worm_analysis.paper_values import paper_value
 from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.statistics import (
     Estimate,
@@ -22,31 +23,6 @@ from worm_analysis.statistics import (
 )
 from worm_analysis.wall_search import WallSearch
 from worm_msgs_py import Quantity
-
-PAPER = {
-    "d_c": 1.95,
-    "d_nc": 1.46,
-    "delta_r_h": 1.14,
-    "v_w": 2.02,
-    "r_h_over_R": 1.0,
-    "r_c_over_R": 0.6,
-    "psi_b_negative_peak": -34.0,
-    "psi_b_positive_peak": 30.0,
-    "success": 0.60,
-    "l_w": 20.0,
-    "d_w": 0.1,
-}
-"""The paper's values that hold for every W, in the units of people."""
-
-PAPER_BY_EXIT_MM = {
-    "beta": {0.5: 0.60, 1.0: 0.50, 3.0: 0.42, 5.0: 0.36},
-    "failures_in_elongation": {0.5: 0.93, 1.0: 0.87, 3.0: 0.53},
-    "failures_without_contact": {0.5: 0.02, 3.0: 0.20},
-}
-"""Those that it gives for a W."""
-
-SAME_EXIT = 0.15
-"""An exit within this fraction of one of the paper's is taken for the same."""
 
 TRIAL_S = 1800.0
 X_P_BIN_M, X_P_LONGEST_M = 2.5e-4, 3.5e-2
@@ -86,7 +62,7 @@ class Evidence:
 
 
 def quantities(evidence: Evidence) -> list[Quantity]:
-    """Return all numbers of SCIENCE.md's table, and what else a model needs of a trial."""
+    """Return all numbers of docs/science.md's table, and what else a model needs of a trial."""
     found = [
         *_positions(evidence),
         *_episodes(evidence),
@@ -187,7 +163,7 @@ def _mean(
 
 
 def _motion(evidence: Evidence) -> list[Quantity]:
-    """Return t_per, the speeds and the reversals (Figs 4c, 7a; SCIENCE.md, the boundary walk)."""
+    """Return t_per, the speeds and the reversals (Figs 4c, 7a; docs/science.md, the boundary walk)."""
     frames, episodes = evidence.search.frames, evidence.search.episodes
     tell = partial(_tell, evidence)
     moving = int(frames.total("speed_n"))
@@ -362,7 +338,7 @@ def _tell(
         Where another number than n says what the estimate rests on.
     """
     minimum = evidence.parameters.minimum_n
-    paper = _paper(name, evidence.exit_width_m)
+    paper = paper_value(name, evidence.exit_width_m)
     shown = n if n_shown is None else n_shown
     if n < minimum:
         reason = f"not enough data: {n} {items}, {minimum} are needed"
@@ -389,14 +365,4 @@ def _tell(
 
 
 def _none(name: str, unit: str, why: str) -> Quantity:
-    return Quantity(name, None, unit=unit, paper=PAPER.get(name), why=why)
-
-
-def _paper(name: str, exit_width_m: float) -> float | None:
-    """Return the paper's value; where it depends on W, that of the same W."""
-    if name in PAPER:
-        return PAPER[name]
-    for width_mm, value in PAPER_BY_EXIT_MM.get(name, {}).items():
-        if abs(exit_width_m * 1e3 - width_mm) < SAME_EXIT * width_mm:
-            return value
-    return None
+    return Quantity(name, None, unit=unit, paper=paper_value(name), why=why)
