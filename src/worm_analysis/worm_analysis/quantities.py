@@ -163,7 +163,7 @@ def _mean(
 
 
 def _motion(evidence: Evidence) -> list[Quantity]:
-    """Return t_per, the speeds and the reversals (Figs 4c, 7a; docs/science.md, the boundary walk)."""
+    """Return t_per, the speeds and the reversals (Figs 4c, 7a; docs/science.md)."""
     frames, episodes = evidence.search.frames, evidence.search.episodes
     tell = partial(_tell, evidence)
     moving = int(frames.total("speed_n"))
