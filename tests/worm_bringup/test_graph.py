@@ -183,26 +183,41 @@ def test_what_is_missing_is_said(tmp_path):
     assert result.missing == "0 of 5 frames are recorded"
 
 
-@pytest.mark.parametrize("run", WAYS)
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_an_endless_run(tmp_path, run, number, shared_memory_left):
-    bag = write_bag(tmp_path / "bag", 10)
-    before = signal.getsignal(number)
-    sent_one = threading.Event()
+def signal_after(frames, number):
+    """Return a progress function that signals this process once, and what it was signalled at."""
+    signalled = []
 
     def progress(sent, expected):
-        assert expected is None
-        if sent > 25 and not sent_one.is_set():
-            sent_one.set()
+        if sent > frames and not signalled:
+            signalled.append(sent)
             os.kill(os.getpid(), number)
 
-    result = run(*graph(bag, tmp_path / "out", {"loop": True}, delay_s=0.001), progress)
+    return progress
+
+
+@pytest.mark.parametrize("run", WAYS)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_replay_incomplete(tmp_path, run, number, shared_memory_left):
+    bag = write_bag(tmp_path / "bag", 2000)
+    before = signal.getsignal(number)
+    progress = signal_after(25, number)
+    result = run(*graph(bag, tmp_path / "out", delay_s=0.001), progress)
     assert result.interrupted
     assert not result.complete
-    assert result.frames > 25
+    assert 25 < result.frames < 2000
     assert signal.getsignal(number) is before
     assert run is run_in_process or not shared_memory_left()
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("run", WAYS)
+def test_a_signal_ends_a_loop_whole(tmp_path, run):
+    bag = write_bag(tmp_path / "bag", 10)
+    progress = signal_after(25, signal.SIGINT)
+    result = run(*graph(bag, tmp_path / "out", {"loop": True}, delay_s=0.001), progress)
+    assert result.complete
+    assert result.frames > 25
+    assert len((tmp_path / "out").read_text().splitlines()) == result.frames
 
 
 def test_a_process_that_is_killed_ends_the_run_and_leaves_nothing(tmp_path, shared_memory_left):

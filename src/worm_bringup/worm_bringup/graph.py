@@ -56,7 +56,7 @@ def run_in_process(
 ) -> RunResult:
     """Run a graph in this process, to the end of its source or to SIGINT or SIGTERM.
 
-    A signal ends a live source in good order (the result is whole), any other run at once.
+    A signal ends an endless source in good order (the result is whole), any other run at once.
 
     Not a frame can be lost, whatever the speed of the nodes: the next one is published when there
     is nothing left to do for the one before.

@@ -4,12 +4,12 @@ The two talk in lines of JSON over the child's standard input and output:
 
 from the child
     ``{"ready": {"publishes": {topic: n}, "subscribes": {topic: n}}, "finite": bool,
-    "live": bool}``,
+    "endless": bool}``,
     ``{"matched": true}``, ``{"progress": [sent, expected]}``, ``{"done": true}``,
     ``{"late": "what is missing"}``, ``{"error": line}``
 from the parent
     ``{"peers": {"publishes": ..., "subscribes": ...}}``, ``{"go": true}``,
-    ``{"finish": true}`` (a live source), ``{"end": true}``
+    ``{"finish": true}`` (an endless source), ``{"end": true}``
 
 An end of file from the parent ends the child, so nothing outlives a parent that was killed.
 """
@@ -102,7 +102,7 @@ def unmatched(node: Node, peers: dict[str, dict[str, int]]) -> list[str]:
 def _meet(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
     """Wait until every peer is connected, so that not even the first frame is lost."""
     leash.say(
-        ready=endpoints(node), finite=hasattr(node, "done"), live=getattr(node, "live", False)
+        ready=endpoints(node), finite=hasattr(node, "done"), endless=getattr(node, "endless", False)
     )
     deadline_s = time.monotonic() + MATCH_TIMEOUT_S
     said = False

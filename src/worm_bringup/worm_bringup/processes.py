@@ -57,7 +57,7 @@ class NodeProcess:
         )
         self.endpoints: dict[str, dict[str, int]] | None = None
         self.finite = True  # says when it is done
-        self.live = False  # a source that a signal ends in good order
+        self.endless = False  # a source that a signal ends in good order
         self.matched = False
         self.done = False
         self.late = ""
@@ -185,21 +185,21 @@ class Family:
     def _until(self, reached: Callable[[], bool]) -> bool:
         """Hear the children until something is reached, or a signal comes; say which."""
         while not reached():
-            if self._stop.is_set() and not self._finish_live():
+            if self._stop.is_set() and not self._finish_endless():
                 return False
             with suppress(queue.Empty):
                 self._hear(*self.inbox.get(timeout=TICK_S))
         return True
 
-    def _finish_live(self) -> bool:
-        """Let a live source end in good order at the first signal; say whether there is one."""
-        live = [child for child in self.children if child.live and child.matched]
-        for child in live:
-            child.live = False
+    def _finish_endless(self) -> bool:
+        """Let an endless source end in good order at the first signal; say whether there is one."""
+        endless = [child for child in self.children if child.endless and child.matched]
+        for child in endless:
+            child.endless = False
             child.say(finish=True)
-        if live:
+        if endless:
             self._stop.clear()
-        return bool(live)
+        return bool(endless)
 
     def _hear(self, child: NodeProcess, message: dict[str, Any] | None) -> None:
         if message is None:
@@ -211,7 +211,7 @@ class Family:
             raise BadInput(message["error"])
         child.endpoints = message.get("ready", child.endpoints)
         child.finite = message.get("finite", child.finite)
-        child.live = message.get("live", child.live)
+        child.endless = message.get("endless", child.endless)
         child.matched = child.matched or "matched" in message
         child.done = child.done or "done" in message
         child.late = message.get("late", child.late)

@@ -44,7 +44,7 @@ class CameraNode(SourceNode):
         The camera cannot be opened, or the record cannot be written.
     """
 
-    live = True
+    endless = True
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(**node_arguments)

@@ -32,7 +32,7 @@ class ReplayNode(SourceNode):
     rate : float
         1.0 is real time; 0.0 (the default) is as fast as the graph can take it.
     loop : bool
-        Begin again at the end; stamps go on growing.
+        Begin again at the end, until a signal; stamps go on growing.
     start_offset, playback_duration : float
         Seconds of recording to leave out, and to play; a negative duration plays to the end.
     start_paused : bool
@@ -86,6 +86,7 @@ class ReplayNode(SourceNode):
             start_offset_s=offset_s,
             playback_duration_s=duration_s if duration_s >= 0.0 else None,
         )
+        self.endless = loop
         self.expected = None if loop else self._bag.expected
         self._pictures: Iterator[BagPicture] = in_a_loop(self._bag) if loop else iter(self._bag)
         self._next: BagPicture | None = next(self._pictures, None)
@@ -118,6 +119,11 @@ class ReplayNode(SourceNode):
         self._playback.played(picture.stamp_ns, time.monotonic())
         self._next = next(self._pictures, None)
         return True
+
+    def end_now(self) -> None:
+        """End a loop where it is."""
+        self._pictures = iter(())
+        self._next = None
 
     def pause(self) -> None:
         """Stop playing."""

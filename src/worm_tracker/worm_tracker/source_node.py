@@ -50,12 +50,12 @@ class SourceNode(Node):
         Frames that will have been published at the end, where that is known.
     window : int
         Greatest number of frames in flight; 0 where nobody is waited for.
-    live : bool
-        Whether a signal ends the stream in good order (`end_now`), as it has no other end. A
-        recording that is not played to its end is incomplete instead.
+    endless : bool
+        Whether the stream has no end of its own (a camera, a loop), so that a signal ends it in
+        good order (`end_now`). A recording that is not played to its end is incomplete instead.
     """
 
-    live = False
+    endless = False
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(NAME, start_parameter_services=False, **node_arguments)
@@ -113,7 +113,7 @@ class SourceNode(Node):
         raise NotImplementedError
 
     def end_now(self) -> None:
-        """End a live stream: the next `publish_next` but those of waiting frames is the last."""
+        """End an endless stream: nothing comes after the frames that are waiting."""
         raise NotImplementedError
 
     def counts(self) -> dict[str, str]:
@@ -245,12 +245,12 @@ def stop_on_signals() -> Iterator[threading.Event]:
 
 
 def until_stopped(source: SourceNode, stop: threading.Event) -> Callable[[], bool]:
-    """Return what to ask before each step: a first stop ends a live source, a second one all."""
+    """Return what to ask before each step: the first stop ends an endless source, then all."""
     asked_to_end = False
 
     def keep_on() -> bool:
         nonlocal asked_to_end
-        if stop.is_set() and source.live and not asked_to_end:
+        if stop.is_set() and source.endless and not asked_to_end:
             asked_to_end = True
             stop.clear()
             source.end_now()
