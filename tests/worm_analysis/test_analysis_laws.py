@@ -59,7 +59,8 @@ def test_a_worm_that_circles_at_constant_speed(speed):
     assert found["v_b"].value == pytest.approx(abs(speed) * 1e3)
     assert found["contact_fraction"].value == 1.0
     assert found["reversal_rate"].value == 0.0
-    assert found["reversal_rate"].n == 198, "200 s, but 1 s before the first direction"
+    directed_s = analysis._search.frames.total("directed_s")
+    assert directed_s == pytest.approx(198.95), "200 s, without 1 s before the first direction"
     assert found["t_per"].value is None
     assert "does not decay" in found["t_per"].why
     assert [type(event) for event in events].count(Episode) == 1

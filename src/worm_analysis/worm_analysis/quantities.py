@@ -135,15 +135,29 @@ def _episodes(evidence: Evidence) -> list[Quantity]:
     width_m = evidence.parameters.body_width_m or evidence.body.median_width()
     threshold_m = evidence.parameters.contact_factor * width_m
     return [
-        _mean(tell, "d_c", episodes.d_c, limit_m, scale_c, "complete contacts"),
-        _mean(tell, "d_nc", episodes.d_nc, limit_m, scale_nc, "complete excursions"),
+        _mean(
+            tell,
+            "d_c",
+            episodes.d_c,
+            limit_m,
+            scale_c,
+            "complete contacts above the resolution limit",
+        ),
+        _mean(
+            tell,
+            "d_nc",
+            episodes.d_nc,
+            limit_m,
+            scale_nc,
+            "complete excursions above the resolution limit",
+        ),
         _mean(
             tell,
             "delta_r_h",
             episodes.delta_r_h,
             max(pixel_m, threshold_m if isfinite(threshold_m) else 0.0),
             scale_r,
-            "complete excursions",
+            "complete excursions above the resolution limit",
         ),
     ]
 
