@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from threadpoolctl import threadpool_limits
 
 from worm_bringup.isolation import keep_freed_memory, own_context
 from worm_bringup.node_spec import NodeSpec
@@ -79,7 +80,12 @@ def run_in_process(
         From a node, when it is made or in a callback.
     """
     keep_freed_memory()
-    with own_context(visible=visible) as context, ExitStack() as stack, stop_on_signals() as stop:
+    with (
+        own_context(visible=visible) as context,
+        threadpool_limits(1),  # BLAS threads wait for each other longer than our products take
+        ExitStack() as stack,
+        stop_on_signals() as stop,
+    ):
         executor = SingleThreadedExecutor(context=context)
         stack.callback(executor.shutdown)
         made: list[Node] = []

@@ -28,6 +28,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from threadpoolctl import threadpool_limits
 
 from worm_bringup.isolation import keep_freed_memory
 from worm_bringup.node_spec import NodeSpec
@@ -178,6 +179,7 @@ def main() -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     signal.signal(signal.SIGTERM, lambda *_: leash.must_end.set())
     keep_freed_memory()
+    threadpool_limits(1)  # as in one process: see graph.run_in_process
     spec = NodeSpec.from_yaml(module, name, Path(parameters).read_text(encoding="utf-8"))
     return run(spec, namespace, leash)
 

@@ -123,9 +123,7 @@ class ModelNode(Node):
     def _take_waiting(self) -> None:
         while self._waiting and self._geometry is not None:
             quantities, stamp_ns = self._waiting.popleft()
-            comparison, correlation = compare(
-                quantities, self._geometry, stamp_ns, self._settings
-            )
+            comparison, correlation = compare(quantities, self._geometry, stamp_ns, self._settings)
             self._comparison.publish(convert.comparison_to_msg(comparison))
             self._correlation.publish(convert.correlation_to_msg(correlation, stamp_ns))
         self._finish_if_whole()

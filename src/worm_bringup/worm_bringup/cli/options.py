@@ -5,6 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
+from worm_analysis.parameters import AnalysisParameters
+from worm_tracker.errors import BadInput
 from worm_tracker.parameters import Polarity
 
 _TRACKER = "The picture"
@@ -96,4 +98,8 @@ def analysis_parameters(*, contact_factor: float, body_width_mm: float | None) -
     given: dict[str, Any] = {"contact_factor": contact_factor}
     if body_width_mm is not None:
         given["body_width_m"] = body_width_mm / 1e3
+    try:
+        AnalysisParameters(**given)
+    except ValueError as error:
+        raise BadInput(f"the analysis cannot use these options: {error}") from None
     return given
