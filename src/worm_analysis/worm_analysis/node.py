@@ -11,7 +11,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt64
@@ -23,6 +22,7 @@ from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, RESULT
+from worm_msgs_py.worm_node import WormNode
 
 NAME = "analysis"
 NS = 1_000_000_000
@@ -52,7 +52,7 @@ DESCRIPTIONS = {
 """Of the node's parameters, which are the fields of `AnalysisParameters`, one for one."""
 
 
-class AnalysisNode(Node):
+class AnalysisNode(WormNode):
     """Runs an `Analysis` on the graph.
 
     Parameters (read once)
@@ -70,7 +70,7 @@ class AnalysisNode(Node):
     """
 
     def __init__(self, **node_arguments: Any):
-        super().__init__(NAME, start_parameter_services=False, **node_arguments)
+        super().__init__(NAME, **node_arguments)
         try:
             self._settings = self._read_parameters()
         except BaseException:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt64
@@ -19,9 +18,10 @@ from worm_msgs_py import convert, topics
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import read_announcement
 from worm_msgs_py.qos import FLOW
+from worm_msgs_py.worm_node import WormNode
 
 
-class RecorderNode(Node):
+class RecorderNode(WormNode):
     """Writes the results of one trial into a directory.
 
     Parameters (read once)
@@ -35,7 +35,7 @@ class RecorderNode(Node):
     """
 
     def __init__(self, **node_arguments: Any):
-        super().__init__("recorder", start_parameter_services=False, **node_arguments)
+        super().__init__("recorder", **node_arguments)
         out = Path(self.declare_parameter("out", Parameter.Type.STRING).value)
         self._expected = set(
             self.declare_parameter("expect", ["tracker", "analysis", "model"]).value

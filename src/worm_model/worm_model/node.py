@@ -11,7 +11,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 
@@ -20,6 +19,7 @@ from worm_msgs_py import Geometry, Quantity, convert, topics
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger, read_announcement
 from worm_msgs_py.qos import FLOW
+from worm_msgs_py.worm_node import WormNode
 
 NAME = "model"
 ANALYSIS = "analysis"
@@ -35,7 +35,7 @@ DESCRIPTIONS = {
 """Of the node's parameters, which are the fields of `ModelParameters`, one for one."""
 
 
-class ModelNode(Node):
+class ModelNode(WormNode):
     """Holds the boundary walk against the trial, anew with each summary.
 
     Parameters (read once)
@@ -53,7 +53,7 @@ class ModelNode(Node):
     """
 
     def __init__(self, **node_arguments: Any):
-        super().__init__(NAME, start_parameter_services=False, **node_arguments)
+        super().__init__(NAME, **node_arguments)
         try:
             self._settings = self._read_parameters()
         except BaseException:

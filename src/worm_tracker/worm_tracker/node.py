@@ -9,9 +9,9 @@ import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
@@ -23,6 +23,7 @@ from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
+from worm_msgs_py.worm_node import WormNode
 from worm_tracker.errors import BadInput, BadPicture
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.pictures import PictureDecoder
@@ -53,7 +54,7 @@ DESCRIPTIONS = {
 }
 
 
-class TrackerNode(Node):
+class TrackerNode(WormNode):
     """Tracks the worm in the pictures of one source.
 
     Parameters
@@ -76,7 +77,7 @@ class TrackerNode(Node):
     """
 
     def __init__(self, **node_arguments: Any):
-        super().__init__(NAME, start_parameter_services=False, **node_arguments)
+        super().__init__(NAME, **node_arguments)
         try:
             parameters, self._live = self._read_parameters()
         except BaseException:
@@ -100,8 +101,14 @@ class TrackerNode(Node):
         self._flow = self.create_publisher(UInt64MultiArray, topics.FLOW_TRACKED, FLOW)
         self._diagnostics = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, RESULT)
         qos = IMAGE_LIVE if self._live else IMAGE_REPLAY
-        self.create_subscription(Image, topics.IMAGE, self._on_picture, qos)
-        self.create_subscription(CompressedImage, topics.IMAGE_COMPRESSED, self._on_picture, qos)
+        for kind, topic in ((Image, topics.IMAGE), (CompressedImage, topics.IMAGE_COMPRESSED)):
+            self.create_subscription(
+                kind,
+                topic,
+                self._on_picture,
+                qos,
+                event_callbacks=SubscriptionEventCallbacks(),  # a camera of others may not match
+            )
         self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
 
     @property

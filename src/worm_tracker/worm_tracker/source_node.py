@@ -12,13 +12,13 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.executors import Executor, SingleThreadedExecutor, TimeoutException
-from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import UInt64, UInt64MultiArray
 
 from worm_msgs_py import convert, topics
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.qos import FLOW, RESULT
+from worm_msgs_py.worm_node import WormNode
 from worm_tracker.errors import BadInput
 
 NAME = "image_source"
@@ -27,7 +27,7 @@ TICK_S = 0.1
 _REPORT_EVERY_S = 1.0
 
 
-class SourceNode(Node):
+class SourceNode(WormNode):
     """A node that sends pictures when it is told to, and counts them.
 
     Sources have no timer and no thread that publishes: whoever drives one asks `wait_s`, whether
@@ -58,7 +58,7 @@ class SourceNode(Node):
     endless = False
 
     def __init__(self, **node_arguments: Any) -> None:
-        super().__init__(NAME, start_parameter_services=False, **node_arguments)
+        super().__init__(NAME, **node_arguments)
         self.sent = 0
         self.expected: int | None = None
         self.window = 0
