@@ -37,6 +37,8 @@ class RunResult:
     spent_s : dict
         Seconds spent in the callbacks of each node; what the source spends on reading and
         publishing is under its own name. Empty where every node has a process of its own.
+    counts : dict
+        What the source counted, such as frames that were skipped; empty as above.
     """
 
     frames: int
@@ -45,6 +47,7 @@ class RunResult:
     missing: str
     elapsed_s: float
     spent_s: dict[str, float] = field(default_factory=dict)
+    counts: dict[str, str] = field(default_factory=dict)
 
 
 def run_in_process(
@@ -133,4 +136,5 @@ def _run(
         missing=missing,
         elapsed_s=elapsed_s,
         spent_s=spent_s,
+        counts=source.counts(),
     )

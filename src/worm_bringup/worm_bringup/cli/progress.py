@@ -81,6 +81,10 @@ def show_speed(result: RunResult) -> None:
     """Print the frames that were sent, how fast, and where the time went."""
     console = Console()
     console.print(f"{result.frames} frames, {result.frames / max(result.elapsed_s, 1e-9):.0f} / s")
+    skipped = result.counts.get("frames skipped")
+    if skipped is not None:
+        captured = result.counts["frames captured"]
+        console.print(f"{captured} captured, {skipped} skipped (the latest frame wins)")
     if result.spent_s:
         total = sum(result.spent_s.values())
         shares = ", ".join(

@@ -1,0 +1,86 @@
+"""`worm live` as a user runs it: a real MJPEG server on the loopback films the larva bag."""
+
+import itertools
+import re
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CompressedImage
+
+from worm_tracker.bag_pictures import BagPictures
+
+BAGS = Path(__file__).parents[2] / "bags"
+FRAMES = 120
+pytestmark = pytest.mark.xdist_group("main job")
+
+
+@contextmanager
+def camera_of(bag, frames):
+    """Serve a bag's own JPEG pictures at 50 frames/s, once."""
+    with BagPictures(bag) as pictures:
+        jpegs = [
+            bytes(deserialize_message(picture.raw, CompressedImage).data)
+            for picture in itertools.islice(pictures, frames)
+        ]
+    closing = threading.Event()
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
+            self.end_headers()
+            for jpeg in jpegs:
+                head = f"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
+                self.wfile.write(head.encode() + jpeg + b"\r\n")
+                if closing.wait(0.02):
+                    return
+
+        def log_message(self, *_):
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    server.daemon_threads = True
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/"
+    finally:
+        closing.set()
+        server.shutdown()
+        server.server_close()
+
+
+def worm(*args):
+    done = subprocess.run(
+        [Path(sys.executable).with_name("worm"), *map(str, args)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_a_replay_of_what_was_recorded_live_gives_the_same_tracks(tmp_path):
+    with camera_of(BAGS / "larva", FRAMES) as address:
+        said = worm(
+            "live", "--camera", address, "--reconnections", "0", "--private",
+            "--out", tmp_path / "live", "--record", tmp_path / "record",
+        )  # fmt: skip
+    worm("replay", tmp_path / "record", "--out", tmp_path / "again")
+    tables = ("tracks.parquet", "contacts.parquet", "passages.parquet")
+    for name in tables:
+        live, again = ((tmp_path / run / name).read_bytes() for run in ("live", "again"))
+        assert live == again, name
+    tracks = pq.read_table(tmp_path / "live" / "tracks.parquet")
+    captured, skipped = map(int, re.search(r"(\d+) captured, (\d+) skipped", said).groups())
+    assert tracks.num_rows == captured - skipped
+    assert tracks["status"].to_pylist().count("tracked") >= 0.95 * tracks.num_rows
+    stamps = tracks["stamp_ns"].to_pylist()
+    assert all(a < b for a, b in itertools.pairwise(stamps))
