@@ -56,6 +56,8 @@ def progress_bar(description: str) -> Iterator[Report]:
     with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
         task = progress.add_task(description, total=None)
         yield lambda sent, total: progress.update(task, completed=sent, total=total)
+    if not console.is_terminal:  # a log gets the full bar once, and an error one line alone
+        console.print(progress.get_renderable())
 
 
 def show_result(result: RunResult, report: Path) -> None:
@@ -73,7 +75,13 @@ def show_result(result: RunResult, report: Path) -> None:
         + (f"; {others}" if others else "")
     )
     show_speed(result)
-    console.print(_table(summary["quantities"]))
+    shown = {name: summary["quantities"][name] for name in _SHOWN}
+    known = {name: item for name, item in shown.items() if item["value"] is not None}
+    if known:
+        console.print(_table(known))
+    if len(known) < len(shown):
+        unknown = ", ".join(name for name in shown if name not in known)
+        console.print(f"No value, for reasons given in the report: {unknown}", soft_wrap=True)
     console.print(f"Report: {report}", soft_wrap=True, highlight=False)
 
 
@@ -95,16 +103,12 @@ def show_speed(result: RunResult) -> None:
 
 def _table(quantities: dict[str, dict[str, Any]]) -> Table:
     table = Table("quantity", "value", "95 % interval", "n", "unit", "paper")
-    for name in _SHOWN:
-        quantity = quantities.get(name)
-        if quantity is None:
-            continue
+    for name, quantity in quantities.items():
+        low, high = quantity["low"], quantity["high"]
         table.add_row(
             name,
-            quantity.get("why", "") if quantity["value"] is None else _number(quantity["value"]),
-            ""
-            if quantity["low"] is None or quantity["high"] is None
-            else f"{_number(quantity['low'])} … {_number(quantity['high'])}",
+            _number(quantity["value"]),
+            "" if low is None or high is None else f"{_number(low)} … {_number(high)}",
             str(quantity["n"]),
             quantity["unit"],
             _number(quantity["paper"]),
