@@ -1,6 +1,7 @@
 """The workspace builds as ROS packages, for people with a full installation."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -59,3 +60,32 @@ def test_launch_files_describe_the_graph(name):
     scope = {}
     exec(compile(path.read_text(), path, "exec"), scope)
     assert scope["generate_launch_description"]().entities
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        "worm_tracker.node",
+        "worm_tracker.replay_node",
+        "worm_tracker.camera_node",
+        "worm_analysis.node",
+        "worm_model.node",
+        "worm_bringup.recorder_node",
+    ],
+)
+def test_a_node_started_alone_without_what_it_needs_says_so_or_waits(module, tmp_path):
+    environment = {**os.environ, "ROS_LOG_DIR": str(tmp_path)}
+    process = subprocess.Popen(
+        [sys.executable, "-m", module], env=environment, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        status = process.wait(timeout=3.0)
+    except subprocess.TimeoutExpired:
+        status = None
+        process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=20.0)
+    if status is None:
+        assert process.returncode == 0, said
+    else:
+        assert status == 2, said
+        assert len(said.splitlines()) == 1, said

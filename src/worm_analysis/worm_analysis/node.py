@@ -1,17 +1,12 @@
 """Node `analysis`: takes every state of the worm, publishes observables, events and estimates."""
 
-import signal
 import sys
 from collections import deque
 from dataclasses import fields
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.exceptions import InvalidParameterTypeException
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt64
 
@@ -22,6 +17,7 @@ from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, RESULT
+from worm_msgs_py.running import run_alone
 from worm_msgs_py.worm_node import WormNode
 
 NAME = "analysis"
@@ -197,35 +193,8 @@ class AnalysisNode(WormNode):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node alone until it is told to stop (SIGINT, SIGTERM).
-
-    Returns
-    -------
-    int
-        0, or 2 where a parameter is bad.
-    """
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    executor = SingleThreadedExecutor()
-    stopping = False
-
-    def stop(*_: object) -> None:
-        nonlocal stopping
-        stopping = True
-
-    signal.signal(signal.SIGINT, stop)
-    signal.signal(signal.SIGTERM, stop)
-    try:
-        node = AnalysisNode()
-    except (ValueError, InvalidParameterTypeException) as error:
-        print(f"analysis: {error}", file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
-    executor.add_node(node)
-    while not stopping:
-        executor.spin_once(timeout_sec=0.1)
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return 0
+    """Run the node alone."""
+    return run_alone(AnalysisNode, args)
 
 
 if __name__ == "__main__":

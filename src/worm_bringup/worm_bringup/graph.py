@@ -12,7 +12,8 @@ from threadpoolctl import threadpool_limits
 
 from worm_bringup.isolation import keep_freed_memory, own_context
 from worm_bringup.node_spec import NodeSpec
-from worm_tracker.source_node import SourceNode, drain, spin_source, stop_on_signals, until_stopped
+from worm_msgs_py.running import stop_on_signals
+from worm_tracker.source_node import SourceNode, drain, spin_source, until_stopped
 
 Progress = Callable[[int, int | None], None]
 """Called with the number of frames that were sent, and of those to come in all where known."""

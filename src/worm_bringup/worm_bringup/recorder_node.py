@@ -1,6 +1,7 @@
 """Node `recorder`: takes every result topic and writes the tables, the summary and a bag."""
 
 import json
+import sys
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
@@ -8,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt64
 
@@ -18,7 +18,9 @@ from worm_msgs_py import convert, topics
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import read_announcement
 from worm_msgs_py.qos import FLOW
+from worm_msgs_py.running import run_alone
 from worm_msgs_py.worm_node import WormNode
+from worm_tracker.errors import BadInput
 
 
 class RecorderNode(WormNode):
@@ -32,11 +34,16 @@ class RecorderNode(WormNode):
         Nodes whose announcement it waits for.
     provenance : str
         JSON object that goes into the summary as it is.
+
+    Raises
+    ------
+    BadInput
+        `out` is not an existing, empty directory.
     """
 
     def __init__(self, **node_arguments: Any):
         super().__init__("recorder", **node_arguments)
-        out = Path(self.declare_parameter("out", Parameter.Type.STRING).value)
+        out = _empty_directory(self.declare_parameter("out", "").value)
         self._expected = set(
             self.declare_parameter("expect", ["tracker", "analysis", "model"]).value
         )
@@ -138,3 +145,21 @@ class RecorderNode(WormNode):
         self._recording.finish(self._provenance)
         self._bag.close()
         self._done = True
+
+
+def _empty_directory(out: str) -> Path:
+    if not out or not Path(out).is_dir() or any(Path(out).iterdir()):
+        raise BadInput(
+            f"recorder: {out or 'no directory'}: set the parameter `out` to an existing, empty "
+            "directory"
+        )
+    return Path(out)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node alone."""
+    return run_alone(RecorderNode, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

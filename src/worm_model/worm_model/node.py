@@ -1,17 +1,12 @@
 """Node `model`: runs the boundary walk on each summary of the analysis."""
 
-import signal
 import sys
 from collections import deque
 from dataclasses import fields
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.exceptions import InvalidParameterTypeException
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 
 from worm_model.comparison import ModelParameters, can_compare, compare
@@ -19,6 +14,7 @@ from worm_msgs_py import Geometry, Quantity, convert, topics
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger, read_announcement
 from worm_msgs_py.qos import FLOW
+from worm_msgs_py.running import run_alone
 from worm_msgs_py.worm_node import WormNode
 
 NAME = "model"
@@ -136,35 +132,8 @@ class ModelNode(WormNode):
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node alone until it is told to stop (SIGINT, SIGTERM).
-
-    Returns
-    -------
-    int
-        0, or 2 where a parameter is bad.
-    """
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    executor = SingleThreadedExecutor()
-    stopping = False
-
-    def stop(*_: object) -> None:
-        nonlocal stopping
-        stopping = True
-
-    signal.signal(signal.SIGINT, stop)
-    signal.signal(signal.SIGTERM, stop)
-    try:
-        node = ModelNode()
-    except (ValueError, InvalidParameterTypeException) as error:
-        print(f"model: {error}", file=sys.stderr)
-        rclpy.try_shutdown()
-        return 2
-    executor.add_node(node)
-    while not stopping:
-        executor.spin_once(timeout_sec=0.1)
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return 0
+    """Run the node alone."""
+    return run_alone(ModelNode, args)
 
 
 if __name__ == "__main__":

@@ -23,11 +23,11 @@ from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
+from worm_msgs_py.running import TICK_S, stop_on_signals
 from worm_msgs_py.worm_node import WormNode
 from worm_tracker.errors import BadInput, BadPicture
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.pictures import PictureDecoder
-from worm_tracker.source_node import TICK_S, stop_on_signals
 from worm_tracker.tracker import Tracker
 
 NAME = "tracker"

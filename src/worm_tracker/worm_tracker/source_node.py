@@ -1,12 +1,9 @@
 """What both sources of pictures share: counting, back-pressure, the end, how they are driven."""
 
-import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from types import FrameType
+from collections.abc import Callable
 from typing import Any
 
 import rclpy
@@ -18,12 +15,11 @@ from std_msgs.msg import UInt64, UInt64MultiArray
 from worm_msgs_py import convert, topics
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.qos import FLOW, RESULT
+from worm_msgs_py.running import TICK_S, stop_on_signals
 from worm_msgs_py.worm_node import WormNode
 from worm_tracker.errors import BadInput
 
 NAME = "image_source"
-TICK_S = 0.1
-"""No wait is longer than this, so that a signal or a service is heeded at once."""
 _REPORT_EVERY_S = 1.0
 
 
@@ -217,31 +213,6 @@ def spin_source(
                 return True
         drain(executor, spent_s)
     return False
-
-
-@contextmanager
-def stop_on_signals() -> Iterator[threading.Event]:
-    """Give an event that SIGINT and SIGTERM set while the block runs.
-
-    rclpy's own handlers end the context before the last messages are out. Outside the main thread
-    (where Python allows no handlers) the event is simply never set by a signal.
-    """
-    stop = threading.Event()
-
-    def on_signal(number: int, frame: FrameType | None) -> None:
-        stop.set()
-
-    if threading.current_thread() is not threading.main_thread():
-        yield stop
-        return
-    before = {
-        number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)
-    }
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def until_stopped(source: SourceNode, stop: threading.Event) -> Callable[[], bool]:
