@@ -1,6 +1,7 @@
 """Calibration: a picture (or what the user knows) in, the rig's `Geometry` out."""
 
-from math import isfinite, radians
+from dataclasses import replace
+from math import atan2, hypot, isfinite, radians, remainder, tau
 
 import numpy as np
 
@@ -10,6 +11,12 @@ from worm_tracker.circles import Circle, Picture, find_circles
 from worm_tracker.errors import NoChamberFound
 from worm_tracker.exits import find_exit
 from worm_tracker.parameters import TrackerParameters
+
+NAN = float("nan")
+PASSAGE_LENGTH_M = 35e-3
+"""The paper's L, said where only one end of the passage is in view."""
+MAX_EXIT_OFF_RAD = radians(3.0)
+"""How far an exit may point past the other chamber's centre: the passage is straight."""
 
 
 def calibrate(
@@ -52,7 +59,48 @@ def calibrate(
         _chamber(picture, circle, name, parameters)
         for name, circle in zip(names, circles, strict=False)
     )
-    return Geometry(version, stamp_ns, w, h, chambers)
+    chambers = _joined(chambers)
+    length = passage_length(chambers)
+    return Geometry(version, stamp_ns, w, h, chambers, passage_length_m=length)
+
+
+def passage_length(chambers: tuple[Chamber, ...]) -> float:
+    """Return the length L from wall to wall along the passage; the paper's with one chamber."""
+    if len(chambers) < 2:
+        return PASSAGE_LENGTH_M
+    a, b = chambers
+    apart = hypot(b.centre_u_px - a.centre_u_px, b.centre_v_px - a.centre_v_px)
+    return apart / a.px_per_m - a.radius_m - b.radius_m
+
+
+def _joined(chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
+    """Give two chambers that share a passage its width, where a worm hides one of its ends.
+
+    The passage is straight, from circle to circle: an exit that points elsewhere, or was not seen,
+    lies towards the other chamber's centre.
+    """
+    if len(chambers) < 2 or not any(isfinite(chamber.exit_width_m) for chamber in chambers):
+        return chambers
+    seen = []
+    for chamber, other in zip(chambers, chambers[::-1], strict=True):
+        right = other.centre_u_px - chamber.centre_u_px
+        towards = atan2(chamber.centre_v_px - other.centre_v_px, right)
+        off = abs(remainder(chamber.exit_rad - towards, tau))
+        known = isfinite(chamber.exit_width_m) and off < MAX_EXIT_OFF_RAD
+        sd = hypot(chamber.centre_sd_px, other.centre_sd_px) / hypot(
+            right, chamber.centre_v_px - other.centre_v_px
+        )
+        seen.append(
+            chamber
+            if known
+            else replace(chamber, exit_rad=towards, exit_width_m=NAN, exit_sd_rad=sd)
+        )
+    known_widths = [c.exit_width_m for c in seen if isfinite(c.exit_width_m)]
+    if not known_widths:
+        return chambers
+    # A worm in the exit can only make it look narrower.
+    widest = max(known_widths)
+    return tuple(c if isfinite(c.exit_width_m) else replace(c, exit_width_m=widest) for c in seen)
 
 
 def _chamber(picture: Picture, circle: Circle, name: str, parameters: TrackerParameters) -> Chamber:

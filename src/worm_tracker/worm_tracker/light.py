@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -75,7 +76,10 @@ def empty_rig(picture: Picture, geometry: Geometry) -> tuple[Floats, NDArray[np.
         arena = np.ones(picture.shape, bool)
         return fit_light(picture, arena), arena
     v, u = np.mgrid[0 : picture.shape[0], 0 : picture.shape[1]].astype(np.float32)
-    rigs = [_Parts.of(chamber, u, v) for chamber in geometry.chambers]
+    rigs = [
+        _Parts.of(chamber, passage_end(picture, geometry, chamber), u, v)
+        for chamber in geometry.chambers
+    ]
     water = np.zeros(picture.shape, bool)
     clear = np.zeros(picture.shape, bool)
     arena = np.zeros(picture.shape, bool)
@@ -113,7 +117,7 @@ class _Parts:
     passage: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, chamber: Chamber, u: Floats, v: Floats) -> "_Parts":
+    def of(cls, chamber: Chamber, end_m: float, u: Floats, v: Floats) -> "_Parts":
         out = np.hypot(u - chamber.centre_u_px, v - chamber.centre_v_px) - chamber.radius_px
         if not np.isfinite(chamber.exit_width_m):
             none = np.zeros(u.shape, bool)
@@ -121,8 +125,32 @@ class _Parts:
         x, y = chamber.to_metres(u.astype(np.float64), v.astype(np.float64))
         half = chamber.exit_width_m / 2 * chamber.px_per_m
         depth = half - np.abs(y) * chamber.px_per_m
-        passage = (depth > -3) & (x > 0) & (out > -half)
+        passage = (depth > -3) & (x > 0) & (out > -half) & (x < end_m)
         return cls(out.astype(np.float32), depth.astype(np.float32), passage)
+
+
+def passage_end(picture: Picture, geometry: Geometry, chamber: Chamber) -> float:
+    """Return how far along a chamber's x axis its passage goes, metres; NaN without an exit.
+
+    To the other chamber's wall where that is in view; otherwise as far as light comes through
+    anywhere across the passage, because what is behind its end, or the picture's, is not water.
+    """
+    if not np.isfinite(chamber.exit_width_m):
+        return float("nan")
+    half = chamber.exit_width_m / 2
+    for other in geometry.chambers:
+        if other.name != chamber.name:
+            apart, _ = chamber.to_metres(other.centre_u_px, other.centre_v_px)
+            return apart - other.radius_m + half
+    x = np.arange(chamber.radius_m, 3 * max(picture.shape) / chamber.px_per_m, 1 / chamber.px_per_m)
+    y = np.linspace(-half, half, max(3, round(chamber.exit_width_m * chamber.px_per_m)))
+    u, v = chamber.to_pixels(x[:, None], y[None])
+    across = cv2.remap(
+        picture, u.astype(np.float32), v.astype(np.float32), cv2.INTER_NEAREST, borderValue=(0,) * 4
+    )
+    brightest = np.asarray(across, np.float64).max(axis=1)
+    lit = np.flatnonzero(brightest > 0.6 * np.quantile(brightest[: max(1, len(x) // 8)], 0.9))
+    return float(x[lit[-1]]) if len(lit) else chamber.radius_m
 
 
 def _fill_profile(

@@ -1,6 +1,6 @@
 """From an observation, its head and the rig to what the tracker says of a frame."""
 
-from math import atan2, isfinite
+from math import atan2, hypot, isfinite
 
 import numpy as np
 
@@ -24,6 +24,7 @@ def tracked_frame(
     head_certainty: float,
     geometry: Geometry | None,
     px_per_mm: float = NAN,
+    home: str = "",
 ) -> TrackedFrame:
     """Put together all that is said of one frame.
 
@@ -41,11 +42,14 @@ def tracked_frame(
         The rig; None where it has not been found yet.
     px_per_mm : float
         Scale of pictures without a chamber; NaN where it is not known.
+    home : str
+        `frame_id` of the frame before, the chamber that a head in the passage came from; empty
+        for the first frame.
     """
     points = seen.points if head_first else seen.points[::-1]
     widths = seen.widths if head_first else seen.widths[::-1]
     anchor = points[0] if len(points) else np.array([seen.u, seen.v])
-    chamber = _nearest(geometry, anchor)
+    chamber, where = locate(geometry, anchor, home)
     scale = 1e3 * px_per_mm if chamber is None else chamber.px_per_m
     body = len(points) > 0
     length = float(arc_length(points)[-1]) if body else NAN
@@ -59,7 +63,7 @@ def tracked_frame(
         frame=frame,
         stamp_ns=stamp_ns,
         frame_id=chamber.name if chamber else CAMERA,
-        where=_where(chamber, anchor) if body else Where.UNKNOWN,
+        where=where if body else Where.UNKNOWN,
         status=seen.status,
         geometry=geometry.version if chamber and geometry else 0,
         confidence=seen.confidence,
@@ -104,24 +108,45 @@ def _along(points: Floats, part: float) -> Floats:
     return np.asarray(points[k] + (at - k) * (points[k + 1] - points[k]))
 
 
-def _nearest(geometry: Geometry | None, point: Floats) -> Chamber | None:
-    """Return the chamber whose centre is nearest, ``chamber_a`` where there is no point."""
+def locate(geometry: Geometry | None, head: Floats, home: str = "") -> tuple[Chamber | None, Where]:
+    """Tell which part of the rig holds a head, and in whose frame its coordinates are given.
+
+    Parameters
+    ----------
+    geometry : Geometry or None
+        The rig.
+    head : ndarray, shape (2,)
+        (u, v); NaN where nothing is known.
+    home : str
+        The chamber that the head was in last; empty where that is not known.
+
+    Returns
+    -------
+    chamber : Chamber or None
+        The one that holds the head; for a head in the passage the one it came from (the nearest
+        where that is not known); None without a rig.
+    where : Where
+    """
     if geometry is None or not geometry.chambers:
-        return None
-    if not isfinite(point[0]):
-        return geometry.chambers[0]
-    return min(
-        geometry.chambers,
-        key=lambda c: float(np.hypot(point[0] - c.centre_u_px, point[1] - c.centre_v_px)),
-    )
+        return None, Where.UNKNOWN
+    chambers = geometry.chambers
+    known = next((chamber for chamber in chambers if chamber.name == home), None)
+    if not isfinite(head[0]):
+        return known or chambers[0], Where.UNKNOWN
+    out = [
+        float(hypot(head[0] - c.centre_u_px, head[1] - c.centre_v_px)) / c.radius_px
+        for c in chambers
+    ]
+    nearest = chambers[out.index(min(out))]
+    if min(out) > 1 and any(_in_passage(chamber, geometry, head) for chamber in chambers):
+        return known or nearest, Where.PASSAGE
+    return nearest, Where.CHAMBER_A if nearest.name == CHAMBER_A else Where.CHAMBER_B
 
 
-def _where(chamber: Chamber | None, head: Floats) -> Where:
-    """Return the part of the rig that holds the head."""
-    if chamber is None:
-        return Where.UNKNOWN
+def _in_passage(chamber: Chamber, geometry: Geometry, head: Floats) -> bool:
+    """Tell whether a point beyond a chamber's wall is between the walls of its passage."""
     x, y = chamber.to_metres(float(head[0]), float(head[1]))
-    beyond = x > 0 and float(np.hypot(x, y)) > chamber.radius_m
-    if beyond and abs(y) < PASSAGE_SLACK * chamber.exit_width_m / 2:
-        return Where.PASSAGE
-    return Where.CHAMBER_A if chamber.name == CHAMBER_A else Where.CHAMBER_B
+    within = x > 0 and (
+        len(geometry.chambers) < 2 or x < chamber.radius_m + geometry.passage_length_m
+    )
+    return bool(within and abs(y) < PASSAGE_SLACK * chamber.exit_width_m / 2)

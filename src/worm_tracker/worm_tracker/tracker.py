@@ -64,6 +64,7 @@ class Tracker:
         self._follower: Follower | None = None
         self._identity = HeadTail()
         self._held: deque[_Held] = deque()
+        self._home = ""
         self._frames = 0
         self._failures = 0
         self._shape: tuple[int, ...] | None = None
@@ -182,17 +183,18 @@ class Tracker:
         given = []
         for k in range(count):
             held = self._held.popleft()
-            given.append(
-                tracked_frame(
-                    held.frame,
-                    held.stamp_ns,
-                    held.seen,
-                    odds >= 0,
-                    certainties[k],
-                    held.geometry,
-                    self._parameters.px_per_mm,
-                )
+            tracked = tracked_frame(
+                held.frame,
+                held.stamp_ns,
+                held.seen,
+                odds >= 0,
+                certainties[k],
+                held.geometry,
+                self._parameters.px_per_mm,
+                self._home,
             )
+            self._home = tracked.state.frame_id
+            given.append(tracked)
             self.statuses[held.seen.status] += 1
         return given
 
