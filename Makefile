@@ -27,7 +27,7 @@ test: $(READY) ## all tests
 
 lint: $(READY) ## formatting, style, types
 	@$(BIN)/ruff format --check .
-	@$(BIN)/ruff check .
+	@$(BIN)/ruff check --no-cache .
 	@$(BIN)/mypy
 
 format: $(READY) ## mend formatting and what ruff can mend
