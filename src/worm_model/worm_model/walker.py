@@ -16,7 +16,7 @@ from worm_model.film import FilmFrame, stamp_of
 from worm_model.head_path import LEAN_RAD, HeadPath, Walker
 from worm_model.rig import Body, Rig, draw, truth_of, worm_coverage
 
-__all__ = ["Walker", "midlines_mm", "simulate_film"]
+__all__ = ["Walker", "midlines_mm", "rounded_body", "simulate_film"]
 
 LINKS = 40
 LARGEST_STEP_S = 0.02
@@ -51,7 +51,7 @@ def simulate_film(rig: Rig, walker: Walker, duration_s: float, fps: float) -> It
     chamber = rig.chambers[0]
     for frame, midline_mm in enumerate(midlines_mm(walker, rig.radius_mm, duration_s, fps)):
         u, v = chamber.to_pixels(midline_mm[:, 0] * 1e-3, midline_mm[:, 1] * 1e-3)
-        body = _body(np.c_[u, v], walker.width_mm * rig.px_per_mm)
+        body = rounded_body(np.c_[u, v], walker.width_mm * rig.px_per_mm)
         stamp_ns = stamp_of(frame, fps)
         truth = truth_of(rig, body, frame, stamp_ns, worm_coverage(body))
         yield FilmFrame(stamp_ns, draw(rig, body, frame), truth)
@@ -148,7 +148,7 @@ class _Chain:
         grown = np.clip((s - 0.1) / 0.3, 0.0, 1.0)
         z = self._z + walker.undulation_mm * grown * wave * normal
         # A spline between points and the rounded end may still reach farther than the points.
-        body = _body(np.c_[z.real, z.imag] * 100.0, walker.width_mm * 100.0)
+        body = rounded_body(np.c_[z.real, z.imag] * 100.0, walker.width_mm * 100.0)
         centres, disc = body.discs()
         distance = np.hypot(*centres.T)
         room = (100.0 * self._radius - 0.5 - disc) / np.maximum(distance, 1e-9)
@@ -178,7 +178,8 @@ class _Chain:
         return place if abs(place) <= limit + 1e-9 else place * (limit / abs(place))
 
 
-def _body(points_px: NDArray[np.float64], width_px: float) -> Body:
+def rounded_body(points_px: NDArray[np.float64], width_px: float) -> Body:
+    """Return the body on a midline (u, v), head first, with the ends that the worms here have."""
     return Body.along(
         points_px, width_px, HEAD_TAPER_WIDTHS * width_px, TAIL_TAPER_WIDTHS * width_px
     )

@@ -1,6 +1,7 @@
 """Draws the rig and the worm in it, as the camera sees them."""
 
 from functools import lru_cache
+from itertools import combinations, pairwise
 from math import ceil
 from typing import NamedTuple
 
@@ -61,15 +62,48 @@ def draw(rig: Rig, body: Body | None, frame: int) -> NDArray[np.uint8]:
     is therefore at half its height exactly where it is in the rig. At an end of curvature radius ρ
     the blur of standard deviation σ draws that level inwards by about σ²/2ρ, as a lens does.
     """
+    return expose(rig, clear_view(rig, body), frame)
+
+
+def clear_view(rig: Rig, body: Body | None) -> NDArray[np.float32]:
+    """Return the mean grey level of each pixel: the picture before noise and rounding.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig and its camera.
+    body : Body or None
+        The worm; None for the empty rig.
+
+    Returns
+    -------
+    ndarray of float32, shape (rig.height_px, rig.width_px)
+        A new array.
+    """
     empty, light, open_part = _empty_rig(rig)
     picture = empty.copy()
     if body is not None:
         _absorb(rig, body, picture, light, open_part)
+    return picture
+
+
+def expose(rig: Rig, view: NDArray[np.float32], frame: int) -> NDArray[np.uint8]:
+    """Take the picture of a view: add the noise of this frame and round to grey levels.
+
+    Parameters
+    ----------
+    rig : Rig
+        Gives the noise.
+    view : ndarray of float32, shape (rig.height_px, rig.width_px)
+        Mean grey levels; changed in place.
+    frame : int
+        Number of the frame: chooses the noise.
+    """
     if rig.optics.noise > 0.0:
-        picture += rig.optics.noise_of_frame(frame, picture.shape)
-    np.rint(picture, out=picture)
-    np.clip(picture, 0.0, 255.0, out=picture)
-    return picture.astype(np.uint8)
+        view += rig.optics.noise_of_frame(frame, view.shape)
+    np.rint(view, out=view)
+    np.clip(view, 0.0, 255.0, out=view)
+    return view.astype(np.uint8)
 
 
 def worm_coverage(body: Body, margin_px: int = 1) -> Coverage:
@@ -88,7 +122,68 @@ def worm_coverage(body: Body, margin_px: int = 1) -> Coverage:
     centre from the outline), cut to 0…1, which is exact where the outline is parallel to an axis
     and exact at one half everywhere.
     """
+    return _coverage(*body.discs(), margin_px)
+
+
+def crossings(body: Body, coverage: Coverage) -> NDArray[np.float32] | None:
+    """Return the part of each pixel that the body covers a second time, where it crosses itself.
+
+    Parameters
+    ----------
+    body : Body
+        The worm.
+    coverage : Coverage
+        Its coverage.
+
+    Returns
+    -------
+    ndarray of float32, shape of ``coverage.part``, or None
+        None where no part of the body lies over another.
+
+    Notes
+    -----
+    The body is cut into pieces of three widths. Neighbours overlap at their common end by
+    construction; any other two overlap only where the body lies over itself.
+    """
     centres, radius = body.discs()
+    count = max(ceil(body.length_px / (3.0 * float(body.width_px.max()))), 1)
+    cuts = np.linspace(0, len(centres) - 1, count + 1).astype(int)
+    pieces = [np.s_[a : b + 1] for a, b in pairwise(cuts.tolist()) if b > a]
+    boxes = [_box(centres[piece], radius[piece]) for piece in pieces]
+    twice: NDArray[np.float32] | None = None
+    for (i, one), (j, other) in combinations(enumerate(pieces), 2):
+        if j < i + 2 or not _boxes_meet(boxes[i], boxes[j]):
+            continue
+        if twice is None:
+            twice = np.zeros_like(coverage.part)
+        both = [_placed(_coverage(centres[p], radius[p], 1), coverage) for p in (one, other)]
+        np.maximum(twice, np.minimum(*both), out=twice)
+    return twice
+
+
+def _box(centres: NDArray[np.float64], radius: NDArray[np.float64]) -> NDArray[np.float64]:
+    reach = radius.max() + 1.0
+    return np.stack([centres.min(axis=0) - reach, centres.max(axis=0) + reach])
+
+
+def _boxes_meet(one: NDArray[np.float64], other: NDArray[np.float64]) -> bool:
+    return bool((one[0] <= other[1]).all() and (other[0] <= one[1]).all())
+
+
+def _placed(piece: Coverage, whole: Coverage) -> NDArray[np.float32]:
+    """Return a piece's coverage in the crop of the whole body, which holds it."""
+    out = np.zeros_like(whole.part)
+    left, top = piece.u0 - whole.u0, piece.v0 - whole.v0
+    source_left, source_top = max(-left, 0), max(-top, 0)
+    left, top = max(left, 0), max(top, 0)
+    part = piece.part[source_top:, source_left:][: out.shape[0] - top, : out.shape[1] - left]
+    out[top : top + part.shape[0], left : left + part.shape[1]] = part
+    return out
+
+
+def _coverage(
+    centres: NDArray[np.float64], radius: NDArray[np.float64], margin_px: int
+) -> Coverage:
     reach = ceil(float(radius.max()) + 2.0) + margin_px
     first = np.floor(centres.min(axis=0)).astype(int) - reach
     last = np.ceil(centres.max(axis=0)).astype(int) + reach
@@ -157,13 +252,20 @@ def _absorb(
     open_part: NDArray[np.float32],
 ) -> None:
     """Take from `picture` the light that the worm absorbs."""
-    u0, v0, part = worm_coverage(body, margin_px=ceil(4.0 * rig.optics.blur_px) + 1)
+    coverage = worm_coverage(body, margin_px=ceil(4.0 * rig.optics.blur_px) + 1)
+    u0, v0, part = coverage
+    transmission = np.float32(rig.optics.worm_transmission)
+    if rig.optics.crossings_absorb:
+        twice = crossings(body, coverage)
+        if twice is not None:
+            part = part + transmission * twice  # of the light that the first layer let pass
     top, left = max(v0, 0), max(u0, 0)
     bottom, right = min(v0 + part.shape[0], rig.height_px), min(u0 + part.shape[1], rig.width_px)
     if top >= bottom or left >= right:
         return
     here = np.s_[top:bottom, left:right]
-    seen = np.minimum(part[top - v0 : bottom - v0, left - u0 : right - u0], open_part[here])
+    most = open_part[here] * np.float32(max(1.0, part.max()))
+    seen = np.minimum(part[top - v0 : bottom - v0, left - u0 : right - u0], most)
     absorbed = np.float32(1.0 - rig.optics.worm_transmission) * _blurred(seen, rig.optics.blur_px)
     picture[here] -= light[here] * absorbed
 

@@ -24,6 +24,9 @@ class Optics:
         Standard deviation of the camera's point spread; 0 for none.
     noise : float
         Standard deviation of the Gaussian noise of each pixel, in grey levels.
+    crossings_absorb : bool
+        Whether the worm absorbs twice where it crosses itself, as a real one does; else it is one
+        dark area.
     seed : int
         Seed of the noise; each frame has a stream of its own.
     """
@@ -34,6 +37,7 @@ class Optics:
     gradient: tuple[float, float] = (0.12, -0.08)
     blur_px: float = 0.8
     noise: float = 2.0
+    crossings_absorb: bool = False
     seed: int = 0
 
     def light_field(self, width_px: int, height_px: int) -> NDArray[np.float32]:

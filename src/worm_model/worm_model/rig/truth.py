@@ -26,7 +26,8 @@ class TruthRow:
 
     Pixels are picture coordinates, v down. Metric coordinates are in the frame of the nearest
     chamber. `theta_h_rad` is in (−π, π] here and unwrapped in the table. `contact` is None where
-    the head is in the passage. `width_mm` is the mean over the middle half.
+    the head is in the passage. `width_mm` is the mean over the middle half. `circle_…` and
+    `exit_deg` are the circle and the exit's direction of that chamber in this frame's picture.
     """
 
     stamp_ns: int
@@ -56,6 +57,10 @@ class TruthRow:
     psi_b_deg: float
     psi_h_deg: float
     contact: bool | None
+    circle_u_px: float
+    circle_v_px: float
+    circle_radius_px: float
+    exit_deg: float
 
 
 def truth_of(
@@ -116,6 +121,10 @@ def truth_of(
         psi_b_deg=_angle_to_normal_deg(x_h, y_h, x_h - x_c, y_h - y_c),
         psi_h_deg=_angle_to_normal_deg(x_h, y_h, x_h - x_n, y_h - y_n),
         contact=rig.radius_mm - r_h < CONTACT_FACTOR * width_mm if in_chamber else None,
+        circle_u_px=chamber.centre_u_px,
+        circle_v_px=chamber.centre_v_px,
+        circle_radius_px=chamber.radius_px,
+        exit_deg=degrees(chamber.exit_rad),
     )
 
 
