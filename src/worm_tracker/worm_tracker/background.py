@@ -19,6 +19,8 @@ BAND_PIXELS = 16384
 GAIN_STRIDE = 16
 GAIN_SAMPLES = 1000
 """Pixels whose median gives the light's change: good to a thousandth."""
+SAMPLE_FRAMES = 16
+"""Frames between two readings of the background for the gain."""
 MIN_GAIN, MAX_GAIN = 0.5, 2.0
 
 
@@ -51,13 +53,20 @@ class Background:
         level = np.quantile(self._mean[sample], 0.9)
         self._sample = np.flatnonzero(sample & (self._mean > 0.5 * level))
         self._sample = self._sample[:: max(1, len(self._sample) // GAIN_SAMPLES)]
+        self._ground = np.ones(0, np.float32)
 
     def gain(self, picture: Picture) -> float:
         """Return the picture's brightness over the background's (flicker), by the median."""
-        now = picture.reshape(-1)[self._sample]
-        ratio = now / np.maximum(self._mean.reshape(-1)[self._sample], 1.0)
-        ratio.sort()
-        return float(ratio[len(ratio) // 2])
+        ratio = picture.reshape(-1).take(self._sample) / self._sampled()
+        middle = len(ratio) // 2
+        ratio.partition(middle)
+        return float(ratio[middle])
+
+    def _sampled(self) -> Floats:
+        """Return the background at the samples; it changes too slowly to be read each time."""
+        if self._frames <= EAGER_FRAMES or self._frames % SAMPLE_FRAMES == 0:
+            self._ground = np.maximum(self._mean.reshape(-1).take(self._sample), 1.0)
+        return self._ground
 
     def signal(self, picture: Picture, gain: float, window: Window) -> NDArray[np.uint8]:
         """Return how much darker than the background a window of the picture is."""
@@ -66,7 +75,36 @@ class Background:
             ground = np.asarray(cv2.convertScaleAbs(ground, alpha=gain), np.uint8)
         return np.asarray(cv2.subtract(ground, picture[window]), np.uint8)
 
-    def learn(self, picture: Picture, gain: float, hide: Callable[[Window], Picture]) -> None:
+    def move(self, motion: NDArray[np.float64]) -> None:
+        """Take the background along with a rig that has moved in the picture.
+
+        Parameters
+        ----------
+        motion : ndarray, shape (2, 3)
+            Affine map of old (u, v) to new ones. What comes into view is told by the edge.
+        """
+        size = self.picture.shape[::-1]
+        replicate = cv2.BORDER_REPLICATE
+        # Cubic: a softer wall would leave a rim that touches a worm at the wall.
+        mean = cv2.warpAffine(self._mean, motion, size, flags=cv2.INTER_CUBIC, borderMode=replicate)
+        count = cv2.warpAffine(
+            self._count, motion, size, flags=cv2.INTER_NEAREST, borderMode=replicate
+        )
+        self._mean = np.clip(mean, 0, 255).astype(np.float32)
+        self._count = np.minimum(count, EAGER_FRAMES).astype(np.float32)
+        self._frames = 0
+        self.picture = np.asarray(cv2.convertScaleAbs(self._mean), np.uint8)
+
+    def renew(self, picture: Picture, gain: float, where: NDArray[np.bool_]) -> None:
+        """Forget a part of the background for what a picture shows there."""
+        self._mean[where] = picture[where] / np.float32(gain)
+        self._count[where] = 1
+        self._frames = 0
+        self.picture = np.asarray(cv2.convertScaleAbs(self._mean), np.uint8)
+
+    def learn(
+        self, picture: Picture, gain: float, hide: Callable[[Window], Picture | None]
+    ) -> None:
         """Average a picture in, apart from where the worm is.
 
         Parameters
@@ -75,7 +113,8 @@ class Background:
         gain : float
             The picture's, see `gain`.
         hide : callable
-            Returns, for a window, a mask that is not zero where the worm hides the background.
+            Returns, for a window, a mask that is not zero where the worm hides the background; None
+            where it hides none of it.
         """
         height = picture.shape[0]
         if self._frames < EAGER_FRAMES:
@@ -85,14 +124,19 @@ class Background:
             last = min(first + self._rows, height)
             self._next = 0 if last == height else last
         self._frames += 1
-        free = hide((slice(first, last), slice(0, picture.shape[1]))) == 0
-        count = self._count[first:last]
-        np.add(count, 1, out=count, where=free)
-        np.minimum(count, max(self._visits, EAGER_FRAMES), out=count)
-        mean = self._mean[first:last]
-        change = picture[first:last] * np.float32(1 / gain)
-        change -= mean
-        change /= np.maximum(count, 1)
-        change *= free
-        mean += change
+        hidden = hide((slice(first, last), slice(0, picture.shape[1])))
+        count, mean = self._count[first:last], self._mean[first:last]
+        now = picture[first:last] * np.float32(1 / gain)
+        most = max(self._visits, EAGER_FRAMES)
+        if count.min() >= most:
+            free = None if hidden is None else np.asarray(hidden == 0, np.uint8)
+            cv2.accumulateWeighted(now, mean, 1 / most, mask=free)
+        else:
+            seen = np.ones(1, bool) if hidden is None else hidden == 0
+            np.add(count, 1, out=count, where=seen)
+            np.minimum(count, most, out=count)
+            now -= mean
+            now /= np.maximum(count, 1)
+            now *= seen
+            mean += now
         self.picture[first:last] = cv2.convertScaleAbs(mean)

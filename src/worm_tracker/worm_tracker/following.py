@@ -1,5 +1,6 @@
 """Follows one worm from picture to picture: where it is, and its midline."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import cv2
@@ -9,7 +10,7 @@ from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
 from worm_tracker.background import MAX_GAIN, MIN_GAIN, Background
 from worm_tracker.body_fit import Fit, fit_body, overlap
-from worm_tracker.light import Picture, empty_rig
+from worm_tracker.light import Picture, arena_of, empty_rig
 from worm_tracker.outline import Floats, Rough, arc_length, rough_midline
 from worm_tracker.refinement import Fine, refine
 from worm_tracker.segmentation import (
@@ -18,6 +19,7 @@ from worm_tracker.segmentation import (
     draw_blob,
     find_blobs,
     first_threshold,
+    moved,
     noise_of,
     pick,
     smoothed,
@@ -31,7 +33,9 @@ MIN_OVERLAP = 0.7
 """Least agreement of body and picture for a midline to be believed."""
 SMALL, LARGE = 0.35, 2.2
 """Areas, relative to the worm's, that are not the worm."""
-MARGIN_PX = 24.0
+MARGIN_PX = 24
+HIDE_PX = 5
+"""How far around the worm its blur may darken the background."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,6 +114,34 @@ class Follower:
         self._before: Floats | None = None
         self._lost = 0
 
+    @property
+    def outline(self) -> Floats | None:
+        """The worm's outline (u, v) in the last picture; None where it was not seen."""
+        return None if self._blob is None else np.asarray(self._blob.contour, np.float64)
+
+    def move(self, picture: Picture, geometry: Geometry, motion: Floats | None) -> None:
+        """Take a new geometry, before the picture that it holds from is pushed.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (h, w)
+        geometry : Geometry
+        motion : ndarray, shape (2, 3), or None
+            Affine map of old picture coordinates to new ones; None where nothing has moved.
+        """
+        arena = arena_of(picture, geometry)
+        if motion is None:
+            opened = arena & (self._arena == 0)
+            self.background.renew(picture, self.background.gain(picture), opened)
+        else:
+            self.background.move(motion)
+            self._last, self._before = (
+                None if points is None else moved(points, motion)
+                for points in (self._last, self._before)
+            )
+            self._blob = None if self._blob is None else self._blob.moved(motion)
+        self._arena = arena.astype(np.uint8) * 255
+
     def push(self, picture: Picture) -> Observation:
         """Look at the next picture."""
         gain = self.background.gain(picture)
@@ -135,8 +167,7 @@ class Follower:
         everything = whole(picture.shape)
         windows = [everything]
         if self._blob is not None:
-            low, high = self._blob.contour.min(0), self._blob.contour.max(0)
-            windows.insert(0, window_around(low, high, MARGIN_PX, picture.shape))
+            windows.insert(0, window_around(self._blob.box, MARGIN_PX, picture.shape))
         for window in windows:
             signal = self.background.signal(picture, gain, window)
             cv2.bitwise_and(signal, self._arena[window], dst=signal)
@@ -154,7 +185,8 @@ class Follower:
         area = self._known.area if self._known else 0.0
         if self._blob is None:
             return pick(blobs, area, 0.0, 0.0, 0.0)
-        reach = max(float(np.ptp(self._blob.contour, axis=0).max()), 20.0)
+        u0, v0, u1, v1 = self._blob.box
+        reach = max(float(u1 - u0), float(v1 - v0), 20.0)
         return pick(blobs, area, self._blob.u, self._blob.v, reach)
 
     def _rethink(self, signal: Picture) -> None:
@@ -237,11 +269,13 @@ class Follower:
             return Observation(Status.COILED, blob.u, blob.v)
         return _carried(best.points + offset, known.widths, best.overlap)
 
-    def _hide(self, picture: Picture, gain: float):  # type: ignore[no-untyped-def]
+    def _hide(self, picture: Picture, gain: float) -> Callable[[Window], Picture | None]:
         """Return the function that masks the worm for the background."""
         blob = self._blob
         if blob is not None:
-            return lambda window: draw_blob(blob, window, widen=5)
+            return lambda window: (
+                draw_blob(blob, window, HIDE_PX) if blob.near(window, HIDE_PX) else None
+            )
 
         def dark(window: Window) -> Picture:
             signal = self.background.signal(picture, gain, window)

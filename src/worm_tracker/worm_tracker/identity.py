@@ -1,11 +1,12 @@
 """Which end is the head: a running log-odds from how the body moves."""
 
 from dataclasses import dataclass
+from math import exp, log
 
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_tracker.outline import arc_length, tangents
+from worm_tracker.outline import as_complex, tangents
 
 Floats = NDArray[np.float64]
 
@@ -67,12 +68,11 @@ class HeadTail:
     @property
     def log_odds(self) -> float:
         """Log-odds that the first end is the head, from motion and liveliness."""
-        first, last = np.sqrt(self._activity + 1e-6)
-        lively = 0.0
-        if self._seen > ACTIVITY_FRAMES / 4:
-            limit = MOST_ACTIVITY_ODDS
-            lively = float(np.clip(np.log(first / last), -limit, limit))
-        return self._motion + lively
+        if self._seen <= ACTIVITY_FRAMES / 4:
+            return self._motion
+        first, last = self._activity.tolist()
+        lively = log((first + 1e-6) / (last + 1e-6)) / 2
+        return self._motion + min(max(lively, -MOST_ACTIVITY_ODDS), MOST_ACTIVITY_ODDS)
 
     @property
     def certain(self) -> bool:
@@ -103,7 +103,7 @@ class HeadTail:
         near, far = sorted((straight, turned))
         # Where even the better way is far off, only the ratio of the two says anything.
         spread = (LINK_WIDTHS * width) ** 2 * self._gap + near**2
-        reliability = 1 / (1 + np.exp(-min((far**2 - near**2) / (2 * spread), 30.0)))
+        reliability = 1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0)))
         self._motion = _dilute(self._motion, float(reliability))
         if self._gap <= 3:
             self._weigh(points, self._last, 2 * float(reliability) - 1)
@@ -113,18 +113,18 @@ class HeadTail:
 
     def _weigh(self, points: Floats, last: Floats, trust: float) -> None:
         """Add what the motion between two midlines says, as far as their link is trusted."""
-        length = arc_length(last)[-1]
-        tangent = -tangents(last)  # towards the first end
-        moved = points - last
+        line = as_complex(last)
+        length = float(np.abs(line[1:] - line[:-1]).sum())
+        # Along the tangent towards the first end, and sideways.
+        moved = (as_complex(points) - line) * -tangents(line).conj()
         n = len(points)
-        body = slice(n // 8, n - n // 8)
-        forward = float((moved[body] * tangent[body]).sum(1).mean())
-        part = float(np.clip(forward / length, -MOST_STEP, MOST_STEP))
+        forward = float(moved.real[n // 8 : n - n // 8].mean())
+        part = min(max(forward / length, -MOST_STEP), MOST_STEP)
         self._motion += trust * ODDS_PER_LENGTH * part
-        self._motion = float(np.clip(self._motion, -MOST_ODDS, MOST_ODDS))
-        sideways = moved[:, 0] * tangent[:, 1] - moved[:, 1] * tangent[:, 0]
+        self._motion = min(max(self._motion, -MOST_ODDS), MOST_ODDS)
+        sideways = moved.imag
         k = max(1, n // 10)
-        ends = np.array([np.mean(sideways[:k] ** 2), np.mean(sideways[-k:] ** 2)])
+        ends = np.array([sideways[:k] @ sideways[:k], sideways[-k:] @ sideways[-k:]]) / k
         self._activity += (ends - self._activity) / min(self._seen + 1.0, ACTIVITY_FRAMES)
         self._seen += 1
 
@@ -139,7 +139,7 @@ class HeadTail:
 
 def certainty(log_odds: float) -> float:
     """Return the probability of the likelier way round, 0.5 to 1."""
-    return float(1 / (1 + np.exp(-abs(log_odds))))
+    return 1 / (1 + exp(-abs(log_odds)))
 
 
 def chained(certainty_after: float, reliability: float) -> float:
@@ -149,11 +149,10 @@ def chained(certainty_after: float, reliability: float) -> float:
 
 def _dilute(log_odds: float, reliability: float) -> float:
     """Return the log-odds after a link that may be the wrong way round."""
-    p = 1 / (1 + np.exp(-log_odds))
-    p = chained(p, reliability)
-    return float(np.log(p / (1 - p)))
+    p = chained(1 / (1 + exp(-log_odds)), reliability)
+    return log(p / (1 - p))
 
 
 def _distance(a: Floats, b: Floats) -> float:
     """Return the mean distance of corresponding points."""
-    return float(np.hypot(*(a - b).T).mean())
+    return float(np.abs(as_complex(a - b)).mean())

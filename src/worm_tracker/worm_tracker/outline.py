@@ -1,20 +1,20 @@
 """From an outline to a first midline: the two ends, the two sides, and what lies between them."""
 
 from dataclasses import dataclass
+from functools import cache
 from math import inf, log
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 POINTS = 65
 """Points of a midline."""
 CANDIDATES = 6
-MIN_END_TURN = 1.2
-"""Least turn of the outline, in radians, over twice the body's width at an end."""
+_SIDE = np.linspace(0.0, 1.0, POINTS)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -27,54 +27,66 @@ class Rough:
         (u, v); which end comes first means nothing.
     width : float
         Area over length.
-    end_turn : float
-        Turn of the outline at the blunter end, radians: near π for a free end.
     unequal : float
         Difference of the sides' lengths, less what the bend of the body explains, over its length.
     """
 
     points: Floats
     width: float
-    end_turn: float
     unequal: float
+
+
+def as_complex(curve: Floats) -> Complex:
+    """Return points (u, v) as numbers u + iv: half as many steps for the same arithmetic."""
+    return np.ascontiguousarray(curve).view(np.complex128)[:, 0]
+
+
+def as_points(curve: Complex) -> Floats:
+    """Return numbers u + iv as points (u, v), shape (n, 2)."""
+    return curve[:, None].view(np.float64)
+
+
+@cache
+def unit_grid(count: int) -> Floats:
+    """Return `count` equal steps from 0 to 1."""
+    grid = np.linspace(0.0, 1.0, count)
+    grid.flags.writeable = False
+    return grid
 
 
 def arc_length(curve: Floats) -> Floats:
     """Return the arc length along a polyline (n, 2), from zero."""
-    d = curve[1:] - curve[:-1]
+    return arc(as_complex(curve))
+
+
+def arc(curve: Complex) -> Floats:
+    """Return the arc length along a polyline of complex numbers, from zero."""
     s = np.zeros(len(curve))
-    np.cumsum(np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1]), out=s[1:])
+    np.abs(curve[1:] - curve[:-1]).cumsum(out=s[1:])
     return s
 
 
-def at_arc(curve: Floats, s: Floats, at: Floats) -> Floats:
-    """Return the points of a polyline with arc lengths `s` at the arc lengths `at`."""
-    out = np.empty((len(at), 2))
-    out[:, 0] = np.interp(at, s, curve[:, 0])
-    out[:, 1] = np.interp(at, s, curve[:, 1])
-    return out
-
-
-def tangents(curve: Floats) -> Floats:
+def tangents(curve: Complex) -> Complex:
     """Return the unit tangents of a curve in the order of its points."""
     d = np.empty_like(curve)
-    d[1:-1] = curve[2:] - curve[:-2]
+    np.subtract(curve[2:], curve[:-2], out=d[1:-1])
     d[0], d[-1] = curve[1] - curve[0], curve[-1] - curve[-2]
-    norm = np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1])
-    return np.asarray(d / np.maximum(norm, 1e-9)[:, None])
+    d /= np.maximum(np.abs(d), 1e-9)
+    return d
 
 
 def resample(curve: Floats, count: int) -> Floats:
     """Return `count` points at equal steps along a polyline."""
-    s = arc_length(curve)
-    return at_arc(curve, s, np.linspace(0.0, s[-1], count))
+    z = as_complex(curve)
+    s = arc(z)
+    return as_points(np.interp(s[-1] * unit_grid(count), s, z))
 
 
-def smooth_along(padded: Floats, sigma: float, pad: int) -> Floats:
+def smooth_along(padded: Complex, sigma: float, pad: int) -> Complex:
     """Smooth a curve along itself by a Gaussian; `pad` points at either end are cut off again."""
     size = (1, 2 * pad + 1)
-    blurred = cv2.GaussianBlur(np.ascontiguousarray(padded), size, sigma, sigmaY=sigma)
-    return np.asarray(blurred[pad:-pad], np.float64)
+    blurred = cv2.GaussianBlur(as_points(padded), size, sigma, sigmaY=sigma)
+    return as_complex(np.asarray(blurred[pad:-pad], np.float64))
 
 
 def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None) -> Rough | None:
@@ -99,97 +111,90 @@ def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None)
     Over a stretch of two widths an end turns the outline by about π, a bend of the body by far
     less. The pair of turns is taken that makes both sides equally long, near the last ends.
     """
-    loop = _smooth_loop(contour, width)
+    loop, spacing = _smooth_loop(contour, width)
     n = len(loop)
-    step = max(2, round(width * n / max(_loop_length(loop), 1.0)))
+    step = max(2, round(width / spacing))
     if n < 4 * step:
         return None
-    turn = _turn(loop, step)
-    ends = _peaks(turn, step)
+    oriented = cv2.contourArea(contour, oriented=True)
+    turn, ends = _ends(loop, step, 1.0 if oriented > 0 else -1.0)
     best = _best_pair(loop, turn, ends, width, last)
     if best is None:
         return None
     i, j = best
-    one = loop[i : j + 1]
-    other = np.concatenate([loop[j:], loop[: i + 1]])[::-1]
-    a, b = resample(one, POINTS), resample(other, POINTS)
-    points = (a + b) / 2
+    # The loop's points are at equal steps: half of these go one way round, half the other.
+    at = np.concatenate([i + (j - i) * _SIDE, i + n - (i + n - j) * _SIDE])
+    sides = np.interp(at, np.arange(i + n + 1), np.concatenate([loop, loop[: i + 1]]))
+    points = (sides[:POINTS] + sides[POINTS:]) / 2
     # The outline runs through the centres of edge pixels: half a pixel is missing all round.
-    u, v = contour[:, 0].astype(np.float64), contour[:, 1].astype(np.float64)
-    area = abs(float(u @ np.roll(v, -1) - v @ np.roll(u, -1))) / 2 + len(contour) / 2
-    length = max(float(arc_length(points)[-1]), 1.0)
-    difference = abs(float(arc_length(one)[-1] - arc_length(other)[-1]))
+    area = abs(oriented) + len(contour) / 2
+    length = max(float(np.abs(points[1:] - points[:-1]).sum()), 1.0)
+    difference = abs(n - 2 * (j - i)) * spacing
     return Rough(
-        points=points,
+        points=as_points(points),
         width=area / length,
-        end_turn=float(min(turn[i], turn[j])),
         unequal=abs(difference - area / length * abs(_bend(points))) / length,
     )
 
 
-def _bend(points: Floats) -> float:
+def _bend(points: Complex) -> float:
     """Return the angle by which a curve turns from end to end, its very ends left out."""
-    d = np.diff(points[4:-4:4], axis=0)
-    angle = np.unwrap(np.arctan2(d[:, 1], d[:, 0]))
-    return float(angle[-1] - angle[0])
+    thin = points[4:-4:4]
+    d = thin[1:] - thin[:-1]
+    return float(np.angle(d[1:] * d[:-1].conj()).sum())
 
 
-def _smooth_loop(contour: NDArray[np.int32], width: float) -> Floats:
-    """Return the outline at equal steps of about a pixel, its pixel stairs smoothed away."""
-    closed = np.concatenate([contour, contour[:1]]).astype(np.float64)
-    count = max(16, round(arc_length(closed)[-1] / max(1.0, width / 8)))
-    loop = resample(closed, count + 1)[:-1]
-    sigma = 0.12 * width * count / max(_loop_length(loop), 1.0)
-    sigma = max(sigma, 0.8)
-    pad = min(int(np.ceil(3 * sigma)) + 1, count)
-    return smooth_along(np.concatenate([loop[-pad:], loop, loop[:pad]]), sigma, pad)
+def _smooth_loop(contour: NDArray[np.int32], width: float) -> tuple[Complex, float]:
+    """Return the outline at equal steps, its pixel stairs smoothed away, and the step."""
+    closed = np.empty(len(contour) + 1, np.complex128)
+    closed.real[:-1], closed.imag[:-1] = contour[:, 0], contour[:, 1]
+    closed[-1] = closed[0]
+    s = arc(closed)
+    length = float(s[-1])
+    count = max(16, round(length / max(1.0, width / 8)))
+    spacing = length / count
+    loop = np.interp(spacing * np.arange(count), s, closed)
+    sigma = max(0.12 * width / spacing, 0.8)
+    pad = min(int(3 * sigma) + 2, count)
+    return smooth_along(np.concatenate([loop[-pad:], loop, loop[:pad]]), sigma, pad), spacing
 
 
-def _loop_length(loop: Floats) -> float:
-    return float(arc_length(loop)[-1] + np.hypot(*(loop[0] - loop[-1])))
+def _ends(loop: Complex, step: int, sign: float) -> tuple[Floats, NDArray[np.int64]]:
+    """Return the outline's convex turn at each point, and its sharpest turns a width apart.
 
-
-def _turn(loop: Floats, step: int) -> Floats:
-    """Return the convex turn of the outline over a stretch of `step` points to either side."""
-    u, v = np.concatenate([loop[-step:], loop, loop[:step]]).T
-    u, v = u[step:] - u[:-step], v[step:] - v[:-step]
-    (back_u, ahead_u), (back_v, ahead_v) = (u[:-step], u[step:]), (v[:-step], v[step:])
-    angle = np.arctan2(back_u * ahead_v - back_v * ahead_u, back_u * ahead_u + back_v * ahead_v)
-    area = loop[-1, 0] * loop[0, 1] - loop[-1, 1] * loop[0, 0]
-    area += loop[:-1, 0] @ loop[1:, 1] - loop[:-1, 1] @ loop[1:, 0]
+    The turn is that over a stretch of `step` points to either side.
+    """
+    n = len(loop)
+    pad = 2 * step
+    around = np.concatenate([loop[n - pad :], loop, loop[:pad]])
+    chord = around[step:] - around[:-step]
+    signed = sign * np.angle(chord[step:] * chord[:-step].conj())
     # Past a half turn (a thin tail) the angle wraps: a sharp end is convex, never concave.
-    signed = angle * np.sign(area)
-    return np.asarray(np.where(signed < -2.6, signed + 2 * np.pi, signed))
-
-
-def _peaks(turn: Floats, step: int) -> NDArray[np.int64]:
-    """Return the sharpest convex turns, at least a width apart."""
-    top = ndimage.maximum_filter1d(turn, 2 * step + 1, mode="wrap")
-    peaks = np.flatnonzero((turn == top) & (turn > 0.6))
-    return peaks[np.argsort(-turn[peaks], kind="stable")][:CANDIDATES]
+    signed[signed < -2.6] += 2 * np.pi
+    top = cv2.dilate(signed[:, None], np.ones((2 * step + 1, 1), np.uint8))[:, 0]
+    turn = signed[step : step + n]
+    peaks = np.flatnonzero((turn == top[step : step + n]) & (turn > 0.6))
+    return turn, peaks[np.argsort(-turn[peaks], kind="stable")][:CANDIDATES]
 
 
 def _best_pair(
-    loop: Floats, turn: Floats, ends: NDArray[np.int64], width: float, last: Floats | None
+    loop: Complex, turn: Floats, ends: NDArray[np.int64], width: float, last: Floats | None
 ) -> tuple[int, int] | None:
     """Return the pair of candidates that make the most likely worm, in the outline's order."""
     best, most = None, -inf
     n = len(loop)
     sharpness = np.minimum(turn[ends], 2.6).tolist()
     where = ends.tolist()
-    off = np.zeros((len(where), 2)) if last is None else _distances(loop[ends], last[[0, -1]])
+    away = [[0.0, 0.0]] * len(where)
+    if last is not None:
+        tips = as_complex(last[[0, -1]])
+        away = np.abs(loop[ends][:, None] - tips).tolist()
     for a in range(len(where)):
         for b in range(a + 1, len(where)):
             side = abs(where[a] - where[b])
             score = sharpness[a] + sharpness[b] - 4 * abs(log(side / (n - side)))
-            moved = min(off[a, 0] + off[b, 1], off[a, 1] + off[b, 0])
+            moved = min(away[a][0] + away[b][1], away[a][1] + away[b][0])
             score -= 0.15 * min(moved / width, 12.0)
             if score > most:
                 best, most = (min(where[a], where[b]), max(where[a], where[b])), score
     return best
-
-
-def _distances(a: Floats, b: Floats) -> Floats:
-    """Return the distance of every point of `a` from every point of `b`."""
-    d = a[:, None] - b[None]
-    return np.asarray(np.sqrt((d * d).sum(-1)))

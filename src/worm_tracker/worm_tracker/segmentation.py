@@ -1,6 +1,6 @@
 """From the signal (background minus picture) to the one connected object that is the worm."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -28,6 +28,8 @@ class Blob:
         Pixels of the holes.
     u, v : float
         Centroid of the area.
+    box : (int, int, int, int)
+        First and last (u, v): u0, v0, u1, v1.
     """
 
     contour: NDArray[np.int32]
@@ -35,16 +37,40 @@ class Blob:
     hole_area: float
     u: float
     v: float
+    box: tuple[int, int, int, int]
 
     def touches(self, window: Window, margin: int = 1) -> bool:
         """Tell whether the object reaches the edge of a window."""
-        low, high = self.contour.min(0), self.contour.max(0)
+        u0, v0, u1, v1 = self.box
         return bool(
-            low[0] < window[1].start + margin
-            or low[1] < window[0].start + margin
-            or high[0] >= window[1].stop - margin
-            or high[1] >= window[0].stop - margin
+            u0 < window[1].start + margin
+            or v0 < window[0].start + margin
+            or u1 >= window[1].stop - margin
+            or v1 >= window[0].stop - margin
         )
+
+    def near(self, window: Window, margin: int) -> bool:
+        """Tell whether any of the object, widened by a margin, may lie in a window."""
+        u0, v0, u1, v1 = self.box
+        return bool(
+            u0 < window[1].stop + margin
+            and v0 < window[0].stop + margin
+            and u1 >= window[1].start - margin
+            and v1 >= window[0].start - margin
+        )
+
+    def moved(self, motion: Floats) -> "Blob":
+        """Return the object where an affine map (2, 3) takes it."""
+        contour = np.rint(moved(self.contour, motion)).astype(np.int32)
+        (u, v), *_ = moved(np.array([[self.u, self.v]]), motion)
+        u0, v0, width, height = cv2.boundingRect(contour)
+        box = (u0, v0, u0 + width - 1, v0 + height - 1)
+        return replace(self, contour=contour, u=float(u), v=float(v), box=box)
+
+
+def moved(points: NDArray[np.float64] | NDArray[np.int32], motion: Floats) -> Floats:
+    """Return points (n, 2) where an affine map (2, 3) takes them."""
+    return np.asarray(points @ motion[:, :2].T + motion[:, 2])
 
 
 def whole(shape: tuple[int, ...]) -> Window:
@@ -52,11 +78,10 @@ def whole(shape: tuple[int, ...]) -> Window:
     return slice(0, shape[0]), slice(0, shape[1])
 
 
-def window_around(low: Floats, high: Floats, margin: float, shape: tuple[int, ...]) -> Window:
-    """Return the window of a box (u, v), widened by a margin and cut to the picture."""
-    u0, v0 = (int(max(0, np.floor(x - margin))) for x in low)
-    u1 = int(min(shape[1], np.ceil(high[0] + margin) + 1))
-    v1 = int(min(shape[0], np.ceil(high[1] + margin) + 1))
+def window_around(box: tuple[int, int, int, int], margin: int, shape: tuple[int, ...]) -> Window:
+    """Return the window of a box (u0, v0, u1, v1), widened by a margin and cut to the picture."""
+    u0, v0 = max(0, box[0] - margin), max(0, box[1] - margin)
+    u1, v1 = min(shape[1], box[2] + margin + 1), min(shape[0], box[3] + margin + 1)
     return slice(v0, max(v1, v0 + 1)), slice(u0, max(u1, u0 + 1))
 
 
@@ -77,6 +102,7 @@ def find_blobs(signal: Picture, threshold: float, window: Window) -> list[Blob]:
     _, mask = cv2.threshold(signal, threshold, 255, cv2.THRESH_BINARY)
     contours, tree = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     blobs = []
+    offset = np.array([window[1].start, window[0].start], np.int32)
     for k, contour in enumerate(contours):
         if tree[0][k][3] >= 0 or len(contour) < 8:
             continue
@@ -87,9 +113,11 @@ def find_blobs(signal: Picture, threshold: float, window: Window) -> list[Blob]:
             continue
         holes = _hole_area(contours, tree[0], k)
         u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
-        offset = np.array([window[1].start, window[0].start], np.int32)
         shifted = np.asarray(contour[:, 0, :] + offset, np.int32)
-        blobs.append(Blob(shifted, area - holes, holes, float(u + offset[0]), float(v + offset[1])))
+        u0, v0, width, height = cv2.boundingRect(shifted)
+        box = (u0, v0, u0 + width - 1, v0 + height - 1)
+        at = (float(u + offset[0]), float(v + offset[1]))
+        blobs.append(Blob(shifted, area - holes, holes, *at, box))
     return sorted(blobs, key=lambda blob: -blob.area)
 
 

@@ -1,0 +1,153 @@
+"""What the tracker costs: a frame through the core beside plain pipelines, in turn, in one run.
+
+The pictures are decoded beforehand and OpenCV has one thread. The ways take turns, a block of
+frames each, so that a machine whose speed drifts slows all of them alike, and none of them finds
+the caches as another one has left them.
+
+- *tracker*: the core, from a picture to its state.
+- *plain OpenCV*: absolute difference from a fixed background over the whole frame, threshold,
+  contours, the largest; its ends by curvature and the middle between its two sides.
+- *scikit-image skeleton*: `skeletonize` on the crop around the largest contour of the same mask.
+- *floor*: one absolute difference and threshold over the frame; anything that touches every pixel
+  costs as much.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+from rosbags.typesys import Stores, get_typestore
+from skimage.morphology import skeletonize
+from threadpoolctl import threadpool_limits
+
+from worm_model.rig import Body, Optics, Rig, draw
+from worm_tracker.bag_pictures import BagPictures
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.pictures import PictureDecoder
+from worm_tracker.tracker import Tracker
+
+Picture = NDArray[np.uint8]
+
+BAG = Path(__file__).parents[1] / "bags" / "larva"
+FRAMES = 300
+WARM_UP = 30
+"""First frames, in which the tracker calibrates and learns the background: not timed."""
+BLOCK = 30
+"""Frames that go through one way before the next way takes its turn."""
+FRAME_NS = 33_333_333
+THRESHOLD = 40
+MIDLINE_POINTS = 65
+
+
+def larva() -> list[Picture]:
+    """Return the first pictures of the larva bag."""
+    store, decoder = get_typestore(Stores.ROS2_JAZZY), PictureDecoder()
+    with BagPictures(BAG) as pictures:
+        messages = (store.deserialize_cdr(p.raw, pictures.message_type) for p in pictures)
+        return [decoder.decode(msg) for _, msg in zip(range(FRAMES), messages, strict=False)]
+
+
+def slender_worm() -> list[Picture]:
+    """Return a drawn film: a worm of 20 mm, 0.4 mm wide, winds through the chamber."""
+    rig = Rig(centre_px=(498.3, 517.6), exit_rad=0.47, optics=Optics(noise=3.0, blur_px=1.0))
+    phi = np.linspace(0, 4 * np.pi, 40000)
+    r = rig.radius_px * (0.55 + 0.15 * np.sin(phi / 2) + 0.06 * np.sin(7 * phi))
+    u, v = rig.centre_px
+    path = np.stack([u + r * np.cos(phi), v - r * np.sin(phi)], axis=1)
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    pictures = []
+    for frame in range(FRAMES):
+        at = 800.0 + 3 * frame - np.linspace(0, 800, 200)
+        points = np.stack([np.interp(at, s, path[:, k]) for k in (0, 1)], axis=1)
+        pictures.append(draw(rig, Body.along(points, 16.0), frame))
+    return pictures
+
+
+def worm_mask(picture: Picture, ground: Picture) -> Picture:
+    """Return what differs from the background."""
+    return cv2.threshold(cv2.absdiff(picture, ground), THRESHOLD, 255, cv2.THRESH_BINARY)[1]
+
+
+def largest_contour(mask: Picture) -> NDArray[np.int32]:
+    """Return the outline with the largest area, shape (n, 2)."""
+    contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return max(contours, key=cv2.contourArea)[:, 0]
+
+
+def plain_opencv(picture: Picture, ground: Picture) -> NDArray[np.float64]:
+    """Return the midline half-way between the two sides of the largest outline."""
+    outline = largest_contour(worm_mask(picture, ground)).astype(np.float64)
+    n = len(outline)
+    step = max(2, n // 20)
+    ahead = np.roll(outline, -step, axis=0) - outline
+    back = np.roll(outline, step, axis=0) - outline
+    cosine = (ahead * back).sum(1) / np.hypot(*ahead.T) / np.hypot(*back.T)
+    first = int(np.argmax(cosine))
+    far = np.abs((np.arange(n) - first + n // 2) % n - n // 2) > n // 4
+    second = int(np.argmax(np.where(far, cosine, -1.0)))
+    i, j = sorted((first, second))
+    one, other = outline[i : j + 1], np.concatenate([outline[j:], outline[: i + 1]])[::-1]
+    sides = []
+    for side in (one, other):
+        at = np.linspace(0, len(side) - 1, MIDLINE_POINTS)
+        sides.append(np.stack([np.interp(at, np.arange(len(side)), x) for x in side.T], axis=1))
+    return (sides[0] + sides[1]) / 2
+
+
+def skeleton(picture: Picture, ground: Picture) -> NDArray[np.bool_]:
+    """Return the skeleton of the crop around the largest outline."""
+    mask = worm_mask(picture, ground)
+    u, v, width, height = cv2.boundingRect(largest_contour(mask))
+    return skeletonize(mask[v : v + height, u : u + width] > 0)
+
+
+def timed(pictures: list[Picture], tracker: Tracker) -> dict[str, list[float]]:
+    """Return the seconds that each way takes for every frame."""
+    ground = np.max(pictures[:: len(pictures) // 12], axis=0)  # the worm is dark, and has moved
+    ways: dict[str, Callable[[Picture, int], object]] = {
+        "tracker": lambda picture, k: tracker.push(picture, k * FRAME_NS),
+        "plain OpenCV": lambda picture, _: plain_opencv(picture, ground),
+        "scikit-image skeleton": lambda picture, _: skeleton(picture, ground),
+        "floor": lambda picture, _: worm_mask(picture, ground),
+    }
+    spent: dict[str, list[float]] = {name: [] for name in ways}
+    for first in range(0, len(pictures), BLOCK):
+        for name, way in ways.items():
+            for k in range(first, min(first + BLOCK, len(pictures))):
+                began = perf_counter()
+                way(pictures[k], k)
+                spent[name].append(perf_counter() - began)
+    return spent
+
+
+def measure(pictures: list[Picture]) -> dict[str, float]:
+    """Return the median seconds a frame of each way."""
+    with threadpool_limits(1):
+        spent = timed(pictures, Tracker(TrackerParameters()))
+    return {name: median(seconds[WARM_UP:]) for name, seconds in spent.items()}
+
+
+def main() -> None:
+    """Print a table for each film."""
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
+    try:
+        for title, film in (("larva bag", larva()), ("worm of 20 mm", slender_worm())):
+            spent = measure(film)
+            table = Table("way", "ms a frame (median)", "of plain OpenCV", title=title)
+            for name, seconds in spent.items():
+                ratio = seconds / spent["plain OpenCV"]
+                table.add_row(name, f"{seconds * 1e3:.3f}", f"{ratio:.2f}")
+            Console().print(table)
+    finally:
+        cv2.setNumThreads(threads)
+
+
+if __name__ == "__main__":
+    main()
