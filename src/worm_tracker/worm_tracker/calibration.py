@@ -59,7 +59,7 @@ def calibrate(
         _chamber(picture, circle, name, parameters)
         for name, circle in zip(names, circles, strict=False)
     )
-    chambers = _joined(chambers)
+    chambers = joined(chambers)
     length = passage_length(chambers)
     return Geometry(version, stamp_ns, w, h, chambers, passage_length_m=length)
 
@@ -73,7 +73,7 @@ def passage_length(chambers: tuple[Chamber, ...]) -> float:
     return apart / a.px_per_m - a.radius_m - b.radius_m
 
 
-def _joined(chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
+def joined(chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
     """Give two chambers that share a passage its width, where a worm hides one of its ends.
 
     The passage is straight, from circle to circle: an exit that points elsewhere, or was not seen,

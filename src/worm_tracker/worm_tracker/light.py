@@ -11,6 +11,7 @@ from worm_msgs_py.chamber import Chamber, Geometry
 
 Picture = NDArray[np.uint8]
 Floats = NDArray[np.float32]
+Doubles = NDArray[np.float64]
 
 SAMPLES = 20000
 """Pixels that the smooth field is fitted to."""
@@ -67,35 +68,43 @@ def empty_rig(picture: Picture, geometry: Geometry) -> tuple[Floats, NDArray[np.
     Returns
     -------
     ground : ndarray of float32, shape (h, w)
-        The smooth light in the chambers, the wall's mean profile about each circle, the passage's
-        mean profile along each exit, and elsewhere the picture itself.
+        The smooth light in the chambers, the wall's usual profile about each circle and along the
+        passage, whose walls are like it, and elsewhere the picture itself.
     arena : ndarray of bool, shape (h, w)
         Chambers up to just beyond the wall, and passages.
     """
     if not geometry.chambers:
         arena = np.ones(picture.shape, bool)
         return fit_light(picture, arena), arena
-    v, u = np.mgrid[0 : picture.shape[0], 0 : picture.shape[1]].astype(np.float32)
-    rigs = [
-        _Parts.of(chamber, passage_end(picture, geometry, chamber), u, v)
-        for chamber in geometry.chambers
-    ]
+    rigs = _parts_of(picture, geometry)
+    arena = _arena(rigs, picture.shape)
     water = np.zeros(picture.shape, bool)
     clear = np.zeros(picture.shape, bool)
-    arena = np.zeros(picture.shape, bool)
     for parts in rigs:
         water |= parts.out < -WALL_REACH_PX / 2
         clear |= parts.passage & (parts.depth > WALL_REACH_PX / 4)
-        arena |= (parts.out < 3) | parts.passage
     light = fit_light(picture, water | clear)
     ground = picture.astype(np.float32)
     ground[water] = light[water]
     relative = np.asarray(picture / np.maximum(light, 1.0), np.float32)
     for parts in rigs:
-        _fill_profile(ground, relative, light, -parts.depth, parts.passage & (parts.out > 0))
         band = (np.abs(parts.out) < WALL_REACH_PX) & ~parts.passage
-        _fill_profile(ground, relative, light, parts.out, band)
+        if not band.any():
+            continue
+        away, part = _wall_profile(relative[band], parts.out[band])
+        ground[band] = light[band] * np.interp(parts.out[band], away, part)
+        inner = parts.passage & (parts.out > -WALL_REACH_PX / 2)
+        across = np.minimum(parts.out, -parts.depth)[inner]
+        level = _level(relative[parts.passage & (parts.depth > WALL_REACH_PX / 4)])
+        ground[inner] = light[inner] * level * np.interp(across, away, part)
     return ground, arena
+
+
+def arena_of(picture: Picture, geometry: Geometry) -> NDArray[np.bool_]:
+    """Return where in the picture a worm can be, shape (h, w); see `empty_rig`."""
+    if not geometry.chambers:
+        return np.ones(picture.shape, bool)
+    return _arena(_parts_of(picture, geometry), picture.shape)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -153,23 +162,39 @@ def passage_end(picture: Picture, geometry: Geometry, chamber: Chamber) -> float
     return float(x[lit[-1]]) if len(lit) else chamber.radius_m
 
 
-def _fill_profile(
-    ground: Floats, relative: Floats, light: Floats, across: Floats, where: NDArray[np.bool_]
-) -> None:
-    """Replace `ground` by light times the median brightness at each distance `across`."""
-    if not where.any():
-        return
+def _parts_of(picture: Picture, geometry: Geometry) -> list[_Parts]:
+    v, u = np.mgrid[0 : picture.shape[0], 0 : picture.shape[1]].astype(np.float32)
+    return [
+        _Parts.of(chamber, passage_end(picture, geometry, chamber), u, v)
+        for chamber in geometry.chambers
+    ]
+
+
+def _arena(rigs: list[_Parts], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    arena = np.zeros(shape, bool)
+    for parts in rigs:
+        arena |= (parts.out < 3) | parts.passage
+    return arena
+
+
+def _wall_profile(relative: Floats, away: Floats) -> tuple[Doubles, Doubles]:
+    """Return distances from the wall, and the part of the light that is usual at each."""
     step = 0.25
-    bins = np.floor(across[where] / step).astype(np.int64)
-    first = bins.min(initial=0)
-    index = np.arange(first, bins.max(initial=0) + 1)
+    bins = np.floor(away / step).astype(np.int64)
+    index = np.arange(bins.min(), bins.max() + 1)
     # Above the median: where a worm lies along the wall the pixels are darker than without it.
     profile = ndimage.labeled_comprehension(
-        relative[where], bins, index, lambda x: np.quantile(x, 0.6), np.float64, np.nan
+        relative, bins, index, lambda x: np.quantile(x, 0.6), np.float64, np.nan
     )
     known = np.isfinite(profile)
-    middle = (index[known] + 0.5) * step
-    ground[where] = light[where] * np.interp(across[where], middle, profile[known])
+    return (index[known] + 0.5) * step, profile[known]
+
+
+def _level(relative: Floats) -> float:
+    """Return the brightness of a passage's water over the light's, even if a worm fills most."""
+    if not len(relative):
+        return 1.0
+    return float(np.median(relative[relative > 0.85 * np.quantile(relative, 0.95)]))
 
 
 def _polynomial(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -14,6 +14,9 @@ NAN = float("nan")
 PASSAGE_SLACK = 1.2
 """How much wider than the exit the stretch is that counts as the passage: the head is a point on
 the body's edge, and W is known to a pixel."""
+UNSEEN_EXIT = 1.03
+"""Distance from the centre, over R, beyond which a head is in the passage whose width is not known
+yet."""
 
 
 def tracked_frame(
@@ -149,4 +152,7 @@ def _in_passage(chamber: Chamber, geometry: Geometry, head: Floats) -> bool:
     within = x > 0 and (
         len(geometry.chambers) < 2 or x < chamber.radius_m + geometry.passage_length_m
     )
+    if not isfinite(chamber.exit_width_m):
+        # The worm hides the exit: nowhere else can a head be that far beyond the wall.
+        return bool(hypot(x, y) > UNSEEN_EXIT * chamber.radius_m)
     return bool(within and abs(y) < PASSAGE_SLACK * chamber.exit_width_m / 2)

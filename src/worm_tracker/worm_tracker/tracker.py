@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from worm_msgs_py.body import TrackedFrame
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
-from worm_tracker.calibration import calibrate
 from worm_tracker.errors import NoChamberFound
 from worm_tracker.following import Follower, Observation
 from worm_tracker.identity import HeadTail, certainty, chained
 from worm_tracker.parameters import Polarity, TrackerParameters
+from worm_tracker.rig_keeper import Change, RigKeeper
 from worm_tracker.states import tracked_frame
 
 Picture = NDArray[np.uint8]
@@ -43,7 +43,9 @@ class Tracker:
     Attributes
     ----------
     geometry : Geometry or None
-        The rig, once it has been found.
+        The rig, once it has been found; a new version whenever it is found again.
+    changes : list of Change
+        Every later version of the geometry, and why.
     swaps : int
         Times that head and tail were exchanged after they had been decided.
     statuses : Counter
@@ -60,8 +62,10 @@ class Tracker:
     def __init__(self, parameters: TrackerParameters) -> None:
         self._parameters = parameters
         self.geometry: Geometry | None = None
+        self.changes: list[Change] = []
         self.statuses: Counter[Status] = Counter()
         self._follower: Follower | None = None
+        self._rig: RigKeeper | None = None
         self._identity = HeadTail()
         self._held: deque[_Held] = deque()
         self._home = ""
@@ -133,10 +137,15 @@ class Tracker:
             return Observation(Status.BAD_IMAGE)
         if self._parameters.polarity is Polarity.BRIGHT:
             picture = np.asarray(cv2.bitwise_not(picture), np.uint8)
-        if self._follower is None:
+        if self._follower is None or self._rig is None:
             return self._begin(picture, stamp_ns)
         if not _informative(picture):
             return Observation(Status.BAD_IMAGE)
+        change = self._rig.check(picture, stamp_ns, self._follower.outline)
+        if change is not None:
+            self._follower.move(picture, self._rig.supposed, change.motion)
+            self.geometry = change.geometry
+            self.changes.append(change)
         return self._follower.push(picture)
 
     def _begin(self, picture: Picture, stamp_ns: int) -> Observation:
@@ -144,7 +153,7 @@ class Tracker:
         if self._parameters.no_chamber and not _informative(picture):
             return Observation(Status.BAD_IMAGE)
         try:
-            self.geometry = calibrate(picture, self._parameters, stamp_ns)
+            self._rig = RigKeeper(picture, self._parameters, stamp_ns)
         except NoChamberFound as error:
             self._failures += 1
             self._why = error
@@ -152,8 +161,11 @@ class Tracker:
                 self._give_up()
             return Observation(Status.NO_CHAMBER if _informative(picture) else Status.BAD_IMAGE)
         self._shape = picture.shape
-        self._follower = Follower(picture, self.geometry)
-        return self._follower.push(picture)
+        self._follower = Follower(picture, self._rig.supposed)
+        seen = self._follower.push(picture)
+        self._rig.doubt(self._follower.outline)
+        self.geometry = self._rig.geometry
+        return seen
 
     def _give_up(self) -> None:
         raise NoChamberFound(str(self._why))

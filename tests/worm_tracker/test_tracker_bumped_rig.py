@@ -1,0 +1,213 @@
+"""The rig is watched: a bump is seen, said and followed; a hidden exit is found when it shows."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from crawling_worm import (
+    FRAME_NS,
+    LARGE_RIG,
+    NOISY,
+    SMALL_RIG,
+    arc,
+    crawl,
+    errors,
+    film,
+    radial_path,
+    track,
+    wall_path,
+    wavy_path,
+)
+
+from worm_model.rig import Rig, draw
+from worm_msgs_py import Status
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.tracker import Tracker
+
+LENGTH, WIDTH = 110.0, 12.0
+
+
+def moved(rig, right_px, down_px, turn_deg):
+    """Return the rig elsewhere in the picture, turned counter-clockwise about chamber a."""
+    centre = (rig.centre_px[0] + right_px, rig.centre_px[1] + down_px)
+    return replace(rig, centre_px=centre, exit_rad=rig.exit_rad + np.radians(turn_deg))
+
+
+def bumped_film(rig, after, at, frames, *, length=LENGTH, width=WIDTH, step=2.0):
+    """Return pictures, bodies and the rig of each frame; the worm touches the wall."""
+    # It starts beyond the exit, which it would hide.
+    heads = length + 0.9 * rig.radius_px + step * np.arange(frames)
+    before_, after_ = (crawl(wall_path(r, width), length, width, heads) for r in (rig, after))
+    bodies = before_[:at] + after_[at:]
+    rigs = [rig] * at + [after] * (frames - at)
+    pictures = [draw(r, body, k) for k, (r, body) in enumerate(zip(rigs, bodies, strict=True))]
+    return pictures, bodies
+
+
+def assert_same(found, true):
+    """The bars of a calibration: centre 0.15 px, radius 0.1 %, exit 0.3 degrees."""
+    off = np.hypot(found.centre_u_px - true.centre_u_px, found.centre_v_px - true.centre_v_px)
+    assert off <= 0.15
+    assert abs(found.radius_px / true.radius_px - 1) <= 1e-3
+    turn = np.angle(np.exp(1j * (found.exit_rad - true.exit_rad)))
+    assert abs(np.degrees(turn)) <= 0.3
+    assert abs(found.exit_width_m - true.exit_width_m) * true.px_per_m < 1.0
+
+
+@pytest.mark.parametrize(
+    ("right", "down", "turn_deg"),
+    [
+        pytest.param(-4.0, 1.4, 0.0, id="four pixels aside"),
+        pytest.param(0.4, 0.5, 0.0, id="less than a pixel"),
+        pytest.param(0.0, 0.0, 1.0, id="turned about the centre"),
+        pytest.param(7.0, -13.0, -3.0, id="far, and turned"),
+    ],
+)
+def test_a_bump_is_seen_at_once_and_followed(right, down, turn_deg):
+    after = moved(SMALL_RIG, right, down, turn_deg)
+    pictures, bodies = bumped_film(SMALL_RIG, after, at=25, frames=45)
+    tracker, given = track(pictures)
+    (change,) = tracker.changes
+    assert (change.geometry.version, change.geometry.stamp_ns) == (2, 25 * FRAME_NS)
+    assert "moved" in change.why
+    assert_same(tracker.geometry.chambers[0], after.chambers[0])
+    assert [tracked.state.geometry for tracked in given] == [1] * 25 + [2] * 20
+    assert {tracked.state.status for tracked in given} == {Status.TRACKED}
+    found = errors(SMALL_RIG, bodies, given)
+    assert found.right_head.all()
+    assert np.median(found.head[25:]) < 0.5
+    assert found.head[25:].max() < 1.5
+    # The metric head is right too: it rests on the new centre.
+    for body, tracked in zip(bodies[25:], given[25:], strict=True):
+        x, y = after.chambers[0].to_metres(*map(float, body.points_px[0]))
+        off_m = math.hypot(tracked.state.head.x_m - x, tracked.state.head.y_m - y)
+        assert off_m * after.px_per_mm * 1e3 < 1.6
+
+
+def test_a_megapixel_rig_is_found_again_by_a_hundredth_of_a_pixel():
+    after = moved(LARGE_RIG, 3.1, -2.2, 0.4)
+    pictures, bodies = bumped_film(
+        LARGE_RIG, after, at=12, frames=20, length=800.0, width=16.0, step=8.0
+    )
+    tracker, given = track(pictures)
+    assert [change.geometry.stamp_ns for change in tracker.changes] == [12 * FRAME_NS]
+    found, true = tracker.geometry.chambers[0], after.chambers[0]
+    off = np.hypot(found.centre_u_px - true.centre_u_px, found.centre_v_px - true.centre_v_px)
+    assert off < 0.03
+    assert_same(found, true)
+    assert errors(LARGE_RIG, bodies, given).head.max() < 1.5
+
+
+def test_a_slow_drift_is_followed():
+    rigs = [moved(SMALL_RIG, 0.05 * k, -0.03 * k, 0.0) for k in range(60)]
+    heads = LENGTH + 2.0 * np.arange(60)
+    bodies = [
+        crawl(wall_path(rig, WIDTH), LENGTH, WIDTH, [head])[0]
+        for rig, head in zip(rigs, heads, strict=True)
+    ]
+    tracker, given = track(
+        [draw(r, b, k) for k, (r, b) in enumerate(zip(rigs, bodies, strict=True))]
+    )
+    found = errors(SMALL_RIG, bodies, given)
+    assert found.tracked == 1.0
+    assert np.median(found.head) < 0.5
+    assert len(tracker.changes) >= 3
+    last, true = tracker.geometry.chambers[0], rigs[-1].chambers[0]
+    off = np.hypot(last.centre_u_px - true.centre_u_px, last.centre_v_px - true.centre_v_px)
+    assert off < 0.6  # what a drift may amount to before it is told from noise
+
+
+@pytest.mark.parametrize("path", [wall_path, wavy_path])
+def test_nothing_is_said_of_a_rig_that_stays(path):
+    line = path(SMALL_RIG) if path is wavy_path else path(SMALL_RIG, WIDTH)
+    bodies = crawl(line, LENGTH, WIDTH, LENGTH + 180.0 + 6.0 * np.arange(80))
+    rng = np.random.default_rng(1)
+    pictures = [
+        np.clip(np.rint(picture * rng.uniform(0.85, 1.1)), 0, 255).astype(np.uint8)
+        for picture in film(SMALL_RIG, bodies)
+    ]
+    tracker, _ = track(pictures)
+    assert tracker.changes == []
+    assert tracker.geometry.version == 1
+
+
+def test_a_worm_along_half_of_the_wall_is_no_bump():
+    length = 1.2 * np.pi * SMALL_RIG.radius_px
+    bodies = crawl(wall_path(SMALL_RIG, 8.0, depth=0.0), length, 8.0, length + 15.0 * np.arange(30))
+    tracker, _ = track(film(SMALL_RIG, bodies))
+    assert all(change.motion is None for change in tracker.changes)
+
+
+def test_both_chambers_move_together():
+    rig = Rig(
+        width_px=1009,
+        height_px=290,
+        px_per_mm=13.0,
+        centre_px=(147.3, 142.6),
+        exit_width_mm=1.0,
+        chamber_b=True,
+        optics=NOISY,
+    )
+    after = moved(rig, 2.4, 3.3, 0.4)
+    pictures, bodies = bumped_film(rig, after, at=14, frames=24, length=80.0, width=6.0)
+    tracker, given = track(pictures)
+    assert [change.geometry.stamp_ns for change in tracker.changes] == [14 * FRAME_NS]
+    for found, true in zip(tracker.geometry.chambers, after.chambers, strict=True):
+        assert_same(found, true)
+    assert errors(rig, bodies, given).head.max() < 1.5
+
+
+def test_a_given_circle_is_not_corrected():
+    after = moved(SMALL_RIG, 5.0, 0.0, 0.0)
+    pictures, _ = bumped_film(SMALL_RIG, after, at=4, frames=8)
+    u, v = SMALL_RIG.centre_px
+    tracker, _ = track(pictures, centre_u_px=u, centre_v_px=v, radius_px=SMALL_RIG.radius_px)
+    assert tracker.changes == []
+    assert tracker.geometry.chambers[0].centre_u_px == u
+
+
+def out_of_the_exit(frames=80, width=WIDTH, rig=SMALL_RIG):
+    """Return a worm that lies in the exit at first and then backs off into the chamber."""
+    path = radial_path(rig)
+    wall = np.argmax(np.hypot(*(path - rig.centre_px).T) > rig.radius_px)
+    start = arc(path)[wall] + 45.0
+    heads = np.concatenate([np.full(8, start), np.linspace(start, 2.2 * LENGTH, frames - 8)])
+    return crawl(path, LENGTH, width, heads)
+
+
+def test_an_exit_that_the_worm_hides_is_measured_once_it_shows():
+    bodies = out_of_the_exit()
+    tracker = Tracker(TrackerParameters())
+    versions = []
+    given = []
+    for frame, picture in enumerate(film(SMALL_RIG, bodies)):
+        given += tracker.push(picture, frame * FRAME_NS)
+        versions.append(tracker.geometry)
+    given += tracker.finish()
+    first, last = versions[0], versions[-1]
+    assert math.isnan(first.chambers[0].exit_width_m)
+    assert (first.version, last.version) == (1, 2)
+    assert "exit" in tracker.changes[0].why
+    assert last.stamp_ns == tracker.changes[0].geometry.stamp_ns > 8 * FRAME_NS
+    assert_same(last.chambers[0], SMALL_RIG.chambers[0])
+    assert [tracked.state.frame for tracked in given] == list(range(len(bodies)))
+    found = errors(SMALL_RIG, bodies, given)
+    assert found.tracked == 1.0
+    assert np.median(found.head) < 0.5
+    places = set()
+    for tracked in given:
+        # It backs off: until it turns round its tail may well be taken for the head.
+        head = (tracked.state.head.u_px, tracked.state.head.v_px)
+        if abs(np.hypot(*np.subtract(head, SMALL_RIG.centre_px)) - 200.0) > 7.0:
+            assert tracked.state.where is SMALL_RIG.where(*head)
+            places.add(tracked.state.where)
+    assert places
+
+
+def test_a_worm_that_fills_the_exit_does_not_hide_it_for_ever():
+    rig = replace(SMALL_RIG, exit_width_mm=0.5)
+    bodies = out_of_the_exit(width=9.0, rig=rig)
+    tracker, given = track(film(rig, bodies))
+    assert_same(tracker.geometry.chambers[0], rig.chambers[0])
+    assert given[-1].state.status is Status.TRACKED
