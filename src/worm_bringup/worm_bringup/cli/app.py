@@ -6,6 +6,7 @@ import typer
 
 from worm_analysis.report import ReportError
 from worm_bringup.cli.doctor import doctor
+from worm_bringup.cli.evaluate import evaluate
 from worm_bringup.cli.live import live
 from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
@@ -25,7 +26,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
-for command in (replay, live, simulate, report, doctor):
+for command in (replay, live, simulate, evaluate, report, doctor):
     app.command()(command)
 
 

@@ -1,0 +1,63 @@
+"""`worm evaluate`: how far a trial's tracks are from its truth."""
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from worm_model.evaluation import (
+    CERTAIN,
+    Evaluation,
+    EvaluationError,
+    Figure,
+    read_tracks,
+    read_truth,
+)
+from worm_model.evaluation import evaluate as compare
+from worm_tracker.errors import BadInput
+
+
+def evaluate(
+    tracks: Annotated[Path, typer.Argument(help="Results directory, or its tracks.parquet.")],
+    truth: Annotated[Path, typer.Argument(help="The truth's table, such as BAG_truth.parquet.")],
+    certain: Annotated[
+        float,
+        typer.Option(min=0.5, max=1.0, help="Head certainty that counts as certain."),
+    ] = CERTAIN,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+) -> None:
+    """Compare tracks with the truth: tips, midline, head or tail, contact, calibration.
+
+    Try it: `worm simulate --out walk`, `worm replay walk --out out/walk`, then `worm evaluate
+    out/walk walk_truth.parquet`.
+    """
+    try:
+        result = compare(read_tracks(tracks), read_truth(truth), certain=certain)
+    except EvaluationError as error:
+        raise BadInput(str(error)) from None
+    if as_json:
+        typer.echo(json.dumps(result.document(), indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        Console().print(_table(result))
+
+
+def _table(result: Evaluation) -> Table:
+    title = (
+        f"{result.frames_in_common} frames in common by {result.joined_by}"
+        f" ({result.frames_of_tracks} of the tracks, {result.frames_of_truth} of the truth)"
+    )
+    table = Table("figure", "value", "n", title=title)
+    for figure in result.figures:
+        table.add_row(figure.name.replace("_", " "), _value(figure), str(figure.n))
+    return table
+
+
+def _value(figure: Figure) -> str:
+    if figure.value is None:
+        return figure.why
+    if not figure.unit:
+        return f"{figure.value:.4f}"
+    return f"{figure.value:.4g} {figure.unit}"

@@ -1,0 +1,95 @@
+"""What the evaluation needs of a table, tracks or truth alike, as arrays over the frames."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Reals = NDArray[np.float64]
+
+
+class EvaluationError(ValueError):
+    """A table cannot be evaluated: one line that names it, the cause and the remedy."""
+
+
+@dataclass(frozen=True, slots=True)
+class Circle:
+    """A chamber's wall in the picture, and its exit's direction (NaN where there is none)."""
+
+    centre_u_px: float
+    centre_v_px: float
+    radius_px: float
+    exit_deg: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Record:
+    """A trial, frame by frame. None stands for a column that the table does not have.
+
+    Attributes
+    ----------
+    name : str
+        What an error calls it, such as its file.
+    head_px, centroid_px, tail_px : ndarray, shape (n, 2)
+        Picture coordinates (u, v); NaN where they are not known.
+    stamp_ns, frame : ndarray of int, shape (n,), or None
+        At least one of them.
+    midline_px : list of ndarray, shape (k, 2), or None
+        Head first; empty where there is none.
+    tracked : ndarray of bool, shape (n,)
+        Whether the frame has a head and is not disowned by its status.
+    head_certainty, r_h_mm : ndarray, shape (n,), or None
+    contact : ndarray, shape (n,), or None
+        1 in contact, 0 not, NaN unknown.
+    where : ndarray of str, shape (n,), or None
+    circles : dict
+        By the chamber's name, as they are at the end of the trial.
+    """
+
+    name: str
+    head_px: Reals
+    centroid_px: Reals
+    tail_px: Reals
+    tracked: NDArray[np.bool_]
+    stamp_ns: NDArray[np.int64] | None = None
+    frame: NDArray[np.int64] | None = None
+    midline_px: list[Reals] | None = None
+    head_certainty: Reals | None = None
+    r_h_mm: Reals | None = None
+    contact: Reals | None = None
+    where: NDArray[np.str_] | None = None
+    circles: dict[str, Circle] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.head_px)
+
+
+def common_rows(tracks: Record, truth: Record) -> tuple[str, NDArray[np.intp], NDArray[np.intp]]:
+    """Find the frames that both tables have.
+
+    Returns
+    -------
+    key : str
+        ``stamp_ns``, or ``frame`` where no stamps agree.
+    tracks_rows, truth_rows : ndarray of int
+        Rows of the same frames, in the order of the key.
+
+    Raises
+    ------
+    EvaluationError
+        Where they have no frame in common, or a key occurs twice.
+    """
+    for key in ("stamp_ns", "frame"):
+        one, other = getattr(tracks, key), getattr(truth, key)
+        if one is None or other is None:
+            continue
+        for record, values in ((tracks, one), (truth, other)):
+            if len(np.unique(values)) < len(values):
+                raise EvaluationError(f"{record.name}: two rows have the same {key}")
+        _, left, right = np.intersect1d(one, other, assume_unique=True, return_indices=True)
+        if len(left):
+            return key, left, right
+    raise EvaluationError(
+        f"{tracks.name} and {truth.name} have no frame in common, by stamp_ns or by frame: are they"
+        " of the same trial?"
+    )

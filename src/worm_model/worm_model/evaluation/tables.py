@@ -1,0 +1,168 @@
+"""Reads tracks and truth from Parquet tables, and the calibration from the summary beside them."""
+
+import json
+from collections.abc import Mapping
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from worm_model.evaluation.record import Circle, EvaluationError, Reals, Record
+
+TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
+_POINTS = ("head", "centroid", "tail")
+_NEEDED = tuple(f"{point}_{axis}_px" for point in _POINTS for axis in "uv")
+_CIRCLE = ("circle_u_px", "circle_v_px", "circle_radius_px", "exit_deg")
+
+
+def read_tracks(path: Path) -> Record:
+    """Read what the tracker said.
+
+    Parameters
+    ----------
+    path : Path
+        A results directory, or its ``tracks.parquet``. The calibration is taken from the
+        ``summary.json`` beside it, where there is one, else from the table's own columns.
+
+    Raises
+    ------
+    EvaluationError
+        Where it cannot be read, or lacks columns.
+    """
+    file = path / TRACKS_FILE if path.is_dir() else path
+    summary = file.with_name(SUMMARY_FILE)
+    return record_of(str(file), _columns(file), _circles_of_summary(summary))
+
+
+def read_truth(path: Path) -> Record:
+    """Read what is true of a trial: a table as beside the bags of `worm simulate`.
+
+    Raises
+    ------
+    EvaluationError
+        Where it cannot be read, or lacks columns.
+    """
+    return record_of(str(path), _columns(path))
+
+
+def record_of(
+    name: str, columns: Mapping[str, list[Any]], circles: Mapping[str, Circle] | None = None
+) -> Record:
+    """Turn a table's columns into a record.
+
+    Parameters
+    ----------
+    name : str
+        What errors call the table.
+    columns : mapping of str to list
+        One value a row; None stands for unknown. ``head_u_px`` … ``tail_v_px`` and ``stamp_ns`` or
+        ``frame`` must be there.
+    circles : mapping, optional
+        The chambers; by default the last ones in the columns ``circle_u_px``, ``circle_v_px``,
+        ``circle_radius_px``, ``exit_deg``, by ``chamber``.
+
+    Raises
+    ------
+    EvaluationError
+        Where columns are missing.
+    """
+    missing = [column for column in _NEEDED if column not in columns]
+    if "stamp_ns" not in columns and "frame" not in columns:
+        missing.append("stamp_ns (or frame)")
+    if missing:
+        raise EvaluationError(
+            f"{name}: no column {', '.join(missing)}; its columns must be those of tracks.parquet"
+        )
+    head, centroid, tail = (
+        np.stack([_reals(columns[f"{point}_{axis}_px"]) for axis in "uv"], axis=1)
+        for point in _POINTS
+    )
+    tracked = np.isfinite(head[:, 0] + head[:, 1])
+    if "status" in columns:
+        tracked &= np.array([status == "tracked" for status in columns["status"]], dtype=bool)
+    return Record(
+        name=name,
+        head_px=head,
+        centroid_px=centroid,
+        tail_px=tail,
+        tracked=tracked,
+        stamp_ns=_integers(name, columns, "stamp_ns"),
+        frame=_integers(name, columns, "frame"),
+        midline_px=_midlines(columns),
+        head_certainty=_optional(columns, "head_certainty"),
+        r_h_mm=_optional(columns, "r_h_mm"),
+        contact=_optional(columns, "contact"),
+        where=np.array(columns["where"], dtype=np.str_) if "where" in columns else None,
+        circles=_circles_of_rows(columns) if circles is None else dict(circles),
+    )
+
+
+def _columns(file: Path) -> dict[str, list[Any]]:
+    try:
+        table = pq.read_table(file)
+    except FileNotFoundError:
+        raise EvaluationError(f"{file}: there is no such file") from None
+    except (pa.ArrowException, OSError) as error:
+        reason = str(error).splitlines()[0]
+        raise EvaluationError(f"{file}: cannot be read as a Parquet table: {reason}") from None
+    return {name: table[name].to_pylist() for name in table.column_names}
+
+
+def _circles_of_summary(file: Path) -> dict[str, Circle] | None:
+    try:
+        geometry = json.loads(file.read_text(encoding="utf-8")).get("geometry", {})
+        return {
+            name: Circle(
+                chamber["centre_u_px"],
+                chamber["centre_v_px"],
+                chamber["radius_px"],
+                nan if chamber["exit_deg"] is None else chamber["exit_deg"],
+            )
+            for name, chamber in geometry.items()
+        }
+    except FileNotFoundError:
+        return None
+    except (ValueError, KeyError, AttributeError, TypeError) as error:
+        raise EvaluationError(f"{file}: not a summary of results: {error!r}") from None
+
+
+def _circles_of_rows(columns: Mapping[str, list[Any]]) -> dict[str, Circle]:
+    if any(column not in columns for column in ("chamber", *_CIRCLE)):
+        return {}
+    rows = zip(*(columns[column] for column in _CIRCLE), strict=True)
+    return {
+        name: Circle(*row)
+        for name, row in zip(columns["chamber"], rows, strict=True)
+        if name and None not in row
+    }
+
+
+def _reals(values: list[Any]) -> Reals:
+    return np.array([nan if value is None else float(value) for value in values], dtype=np.float64)
+
+
+def _optional(columns: Mapping[str, list[Any]], name: str) -> Reals | None:
+    return _reals(columns[name]) if name in columns else None
+
+
+def _integers(table: str, columns: Mapping[str, list[Any]], name: str) -> NDArray[np.int64] | None:
+    if name not in columns:
+        return None
+    if None in columns[name]:
+        raise EvaluationError(f"{table}: the column {name} has empty rows")
+    return np.array(columns[name], dtype=np.int64)
+
+
+def _midlines(columns: Mapping[str, list[Any]]) -> list[Reals] | None:
+    if "midline_u_px" not in columns or "midline_v_px" not in columns:
+        return None
+    return [
+        np.empty((0, 2))
+        if u is None or v is None
+        else np.stack([_reals(list(u)), _reals(list(v))], axis=1)
+        for u, v in zip(columns["midline_u_px"], columns["midline_v_px"], strict=True)
+    ]
