@@ -63,6 +63,25 @@ def test_a_real_coiling_worm_has_a_midline_that_covers_its_mask(first):
     assert (overlaps > 0).mean() >= 0.8
     assert np.median(overlaps) > 0.8
     assert (overlaps > 0.7).mean() > 0.9
+    bodies = [tracked for tracked in given if len(tracked.midline.u_px)]
+    lengths = np.array([tracked.state.length_px for tracked in bodies])
+    assert (np.abs(lengths / np.median(lengths) - 1) < 0.15).mean() > 0.95
+    assert not [frame for frame, flagged in leaps(bodies) if not flagged]
+
+
+def leaps(bodies, far_px=15.0):
+    """Return the frames to which an end has leapt, and whether that is said."""
+    found = []
+    for one, other in zip(bodies, bodies[1:], strict=False):
+        a, b = one.state, other.state
+        ways = [
+            np.hypot(p.u_px - q.u_px, p.v_px - q.v_px)
+            for p, q in ((a.head, b.head), (a.tail, b.tail))
+        ]
+        if max(ways) > far_px and b.frame == a.frame + 1:
+            sure = min(a.head_certainty, b.head_certainty)
+            found.append((b.frame, sure < 0.95 or b.confidence < 0.6))
+    return found
 
 
 def test_real_motion_drawn_with_exact_truth():

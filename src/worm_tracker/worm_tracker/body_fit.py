@@ -25,6 +25,8 @@ MAX_PIXELS = 3500
 BLOCK = 128
 LENGTH_SD = 0.05
 """How far, relatively, the length may differ from what it was."""
+MOST_STRETCH = 0.06
+"""Most that the log of the length may differ: a coil is covered as well by a body too long."""
 TERM_SD = 0.5
 """How far a term may move from the prediction, radians over its number."""
 PIXEL_SD = 0.5
@@ -175,7 +177,9 @@ def _step(
     step = np.linalg.solve(matrix, ahead)
     step *= min(1.0, float(half.max()) / max(float(np.abs(step[:2]).max()), 1e-9))
     step[3:] = np.clip(step[3:], -0.5, 0.5)
-    return _Series(body.values + step, body.length)
+    values = body.values + step
+    values[2] = min(max(values[2], -MOST_STRETCH), MOST_STRETCH)
+    return _Series(values, body.length)
 
 
 def _square(jacobian: Floats) -> Floats:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import log
 
 import cv2
 import numpy as np
@@ -10,8 +11,9 @@ from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
 from worm_tracker.background import MAX_GAIN, MIN_GAIN, Background
 from worm_tracker.body_fit import Fit, fit_body, overlap
+from worm_tracker.identity import LEAP_LENGTHS, LEAP_WIDTHS
 from worm_tracker.light import Picture, arena_of, empty_rig
-from worm_tracker.outline import Floats, Rough, arc_length, rough_midline
+from worm_tracker.outline import Floats, Rough, arc_length, as_complex, rough_midline
 from worm_tracker.refinement import Fine, refine
 from worm_tracker.segmentation import (
     Blob,
@@ -29,6 +31,13 @@ from worm_tracker.segmentation import (
 
 THRESHOLD = 0.4
 """Of the signal on the midline: what counts as body when the object is cut out."""
+MOST_STRETCH, MOST_STRETCH_A_FRAME = 0.15, 0.08
+"""Log of the length over the known one, or over that of the frame before: both at once are an
+error, because a worm does not stretch in a moment."""
+LEAP_DOUBT = 0.5
+"""What a leap leaves of the confidence."""
+WAY_COST, STRETCH_COST = 0.3, 1.0
+"""What moving an end by a length, and a unit of log stretch, take off a carried body's overlap."""
 MIN_OVERLAP = 0.7
 """Least agreement of body and picture for a midline to be believed."""
 SMALL, LARGE = 0.35, 2.2
@@ -205,22 +214,34 @@ class Follower:
             return Observation(Status.TOO_LARGE, blob.u, blob.v)
         expected = known.width if known else _thickness(blob, window)
         rough = rough_midline(blob.contour, expected, self._last)
-        if rough is not None and self._sound(rough, blob, expected):
-            offset = (window[1].start, window[0].start)
-            fine = refine(signal, offset, rough.points, known.width if known else rough.width)
-            confidence = _agreement(fine, blob)
-            if confidence >= MIN_OVERLAP:
-                self._learn(fine, blob)
-                return Observation(
-                    Status.TRACKED,
-                    fine.u,
-                    fine.v,
-                    fine.points,
-                    fine.widths,
-                    confidence,
-                    mean_width(fine.widths),
-                )
-        return self._carry(signal, smooth, window, blob)
+        if rough is None or not self._sound(rough, blob, expected):
+            return self._carry(signal, smooth, window, blob, None)
+        offset = (window[1].start, window[0].start)
+        fine = refine(signal, offset, rough.points, known.width if known else rough.width)
+        confidence = _agreement(fine, blob)
+        if confidence < MIN_OVERLAP:
+            return self._carry(signal, smooth, window, blob, None)
+        if self._continues(fine):
+            self._learn(fine, blob)
+            return _seen(fine, confidence)
+        return self._carry(signal, smooth, window, blob, fine)
+
+    def _continues(self, fine: Fine) -> bool:
+        """Tell whether a midline can be that of the frame before, a frame later."""
+        known, last = self._known, self._last
+        if known is None or last is None:
+            return True
+        length = _length(fine)
+        odd = abs(log(length / known.length)) > MOST_STRETCH
+        changed = abs(log(length / arc_length(last)[-1])) > MOST_STRETCH_A_FRAME
+        return not (odd and changed) and not self._leaps(fine.points)
+
+    def _leaps(self, points: Floats) -> bool:
+        """Tell whether an end is farther from where it was than an end can have got."""
+        if self._last is None or self._known is None:
+            return False
+        far = max(LEAP_WIDTHS * self._known.width, LEAP_LENGTHS * self._known.length)
+        return end_displacement(points, self._last) > far * (1 + self._lost)
 
     def _sound(self, rough: Rough, blob: Blob, width: float) -> bool:
         """Tell whether an outline is that of a body that does not touch itself."""
@@ -245,8 +266,14 @@ class Follower:
             self._known.learn(fine, widths, blob.area)
         self._threshold = max(THRESHOLD * self._known.level, 4 * self._noise)
 
-    def _carry(self, signal: Picture, smooth: Picture, window: Window, blob: Blob) -> Observation:
-        """Carry the last midline on as a deformable body, where the body touches itself."""
+    def _carry(
+        self, signal: Picture, smooth: Picture, window: Window, blob: Blob, fine: Fine | None
+    ) -> Observation:
+        """Carry the last midline on as a deformable body, where the body touches itself.
+
+        Where the outline has given a midline, `fine`, that cannot continue the last one, the better
+        of both is taken; a leap that remains is said by a low confidence.
+        """
         known, last = self._known, self._last
         if known is None or last is None:
             return Observation(Status.COILED, blob.u, blob.v)
@@ -260,14 +287,34 @@ class Follower:
                 before = before[::-1]
             starts.append(2 * last - before - offset)
         fits = [fit_body(mask, start, known.widths, known.length) for start in starts]
-        best = max(fits, key=lambda fit: fit.overlap)
-        fine = refine(signal, (0, 0), best.points, known.width)
-        sharper = overlap(mask, fine.points, fine.widths)
-        if sharper >= best.overlap - 0.02 and abs(np.log(_length(fine) / known.length)) < 0.1:
-            best = Fit(fine.points, sharper)
+        best = max(fits, key=lambda fit: self._merit(fit, offset))
+        sharp = refine(signal, (0, 0), best.points, known.width)
+        sharper = overlap(mask, sharp.points, sharp.widths)
+        if (
+            sharper >= best.overlap - 0.02
+            and abs(log(_length(sharp) / known.length)) < MOST_STRETCH
+            and not self._leaps(sharp.points + offset)
+        ):
+            best = Fit(sharp.points, sharper)
+        if fine is not None:
+            open_body = Fit(fine.points - offset, overlap(mask, fine.points - offset, fine.widths))
+            if self._merit(open_body, offset) > self._merit(best, offset):
+                best = open_body
         if best.overlap < MIN_OVERLAP:
             return Observation(Status.COILED, blob.u, blob.v)
-        return _carried(best.points + offset, known.widths, best.overlap)
+        points = best.points + offset
+        doubt = LEAP_DOUBT if self._leaps(points) else 1.0
+        return _carried(points, known.widths, doubt * best.overlap)
+
+    def _merit(self, fit: Fit, offset: Floats) -> float:
+        """Return how good a body is: its overlap, less what its ends' way and length cost."""
+        known, last = self._known, self._last
+        if known is None or last is None:
+            return fit.overlap
+        points = fit.points + offset
+        way = end_displacement(points, last) / known.length / (1 + self._lost)
+        stretch = abs(log(float(arc_length(points)[-1]) / known.length))
+        return fit.overlap - WAY_COST * way - STRETCH_COST * max(stretch - 0.05, 0.0)
 
     def _hide(self, picture: Picture, gain: float) -> Callable[[Window], Picture | None]:
         """Return the function that masks the worm for the background."""
@@ -285,6 +332,26 @@ class Follower:
         return dark
 
 
+def end_displacement(points: Floats, last: Floats) -> float:
+    """Return how far the end that moved more has moved, the ends paired the likelier way."""
+    ends, before = as_complex(points[[0, -1]]), as_complex(last[[0, -1]])
+    straight, turned = np.abs(ends - before), np.abs(ends[::-1] - before)
+    return float(min(straight.max(), turned.max()))
+
+
+def _seen(fine: Fine, confidence: float) -> Observation:
+    """Return the observation of a refined midline."""
+    return Observation(
+        Status.TRACKED,
+        fine.u,
+        fine.v,
+        fine.points,
+        fine.widths,
+        confidence,
+        mean_width(fine.widths),
+    )
+
+
 def _length(fine: Fine) -> float:
     return float(arc_length(fine.points)[-1])
 
@@ -300,7 +367,13 @@ def _carried(points: Floats, widths: Floats, confidence: float) -> Observation:
     steps = np.gradient(arc_length(points)) * widths
     u, v = (points * steps[:, None]).sum(0) / steps.sum()
     return Observation(
-        Status.TRACKED, float(u), float(v), points, widths, float(confidence), mean_width(widths)
+        Status.TRACKED,
+        float(u),
+        float(v),
+        points,
+        widths,
+        float(confidence),
+        mean_width(widths),
     )
 
 

@@ -22,6 +22,10 @@ ACTIVITY_FRAMES = 100.0
 """Memory of the liveliness."""
 CERTAIN_ODDS = 3.0
 """Beyond this (95 %) the head is taken as decided."""
+LEAP_WIDTHS, LEAP_LENGTHS = 1.5, 0.12
+"""An end that moves farther than both from one frame to the next has been mistaken for another."""
+LEAP_RELIABILITY = 0.75
+"""The most that a link with such a leap is trusted: the certainty falls, whatever it was."""
 LINK_WIDTHS = 0.15
 """Typical distance, in widths, of a body's points from where they were a frame before."""
 
@@ -104,12 +108,23 @@ class HeadTail:
         # Where even the better way is far off, only the ratio of the two says anything.
         spread = (LINK_WIDTHS * width) ** 2 * self._gap + near**2
         reliability = 1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0)))
+        if self._leaps(points, width):
+            reliability = min(reliability, LEAP_RELIABILITY)
         self._motion = _dilute(self._motion, float(reliability))
         if self._gap <= 3:
             self._weigh(points, self._last, 2 * float(reliability) - 1)
         self._last, self._gap = points, 1
         self._note_swap()
         return Linked(points, float(reliability), bool(flipped))
+
+    def _leaps(self, points: Floats, width: float) -> bool:
+        """Tell whether an end is farther from where it was than an end can have got."""
+        if self._last is None:
+            return False
+        line = as_complex(self._last)
+        far = max(LEAP_WIDTHS * width, LEAP_LENGTHS * float(np.abs(line[1:] - line[:-1]).sum()))
+        moved = np.abs(as_complex(points[[0, -1]]) - line[[0, -1]])
+        return float(moved.max()) > far * self._gap
 
     def _weigh(self, points: Floats, last: Floats, trust: float) -> None:
         """Add what the motion between two midlines says, as far as their link is trusted."""
