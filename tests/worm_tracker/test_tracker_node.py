@@ -1,5 +1,7 @@
 """The tracker's node: every picture that comes is one state that goes, numbered, and the end."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from crawling_worm import FRAME_NS, SMALL_RIG, crawl, film, wavy_path
@@ -9,6 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
+from std_srvs.srv import Trigger
 
 from worm_model.film import encode_jpeg
 from worm_msgs_py import Status, convert, topics
@@ -119,6 +122,44 @@ def test_the_end_may_come_before_the_last_pictures(bench, pictures):
     assert len(stand.states()) == 10
 
 
+def swap_head(stand):
+    """Call the service as an operator would; return its answer."""
+    client = stand.node.create_client(Trigger, "/tracker/swap_head")
+    assert client.wait_for_service(timeout_sec=10.0)
+    future = client.call_async(Trigger.Request())
+    stand.executor.spin_until_future_complete(future, timeout_sec=10.0)
+    drain(stand.executor)
+    return future.result()
+
+
+def test_an_operator_exchanges_head_and_tail_for_the_rest_of_the_trial(bench, pictures):
+    stand = bench()
+    answer = swap_head(stand)
+    assert not answer.success
+    assert answer.message == "no worm has been seen yet"
+    for frame, picture in enumerate(pictures[:20]):
+        stand.send(stand.raw, message(picture, frame))
+    before = stand.states()[-1]
+    first = before.frame + 1
+    answer = swap_head(stand)
+    assert answer.success
+    assert answer.message == f"head and tail are exchanged from frame {first} on"
+    for frame, picture in enumerate(pictures[20:], 20):
+        stand.send(stand.raw, message(picture, frame))
+    stand.end(len(pictures))
+    after = stand.states()[-1]
+    assert after.head.u_px == pytest.approx(before.tail.u_px, abs=25)
+    assert after.head.v_px == pytest.approx(before.tail.v_px, abs=25)
+    told = [
+        {item.key: item.value for item in status.values}
+        for report in stand.heard[topics.DIAGNOSTICS]
+        for status in report.status
+        if status.name == "tracker: head and tail"
+    ]
+    assert [(values["kind"], values["frame"]) for values in told] == [("correction", str(first))]
+    assert swap_head(stand).message == "the trial has ended"
+
+
 def test_a_damaged_picture_is_a_frame_with_its_status(bench, pictures):
     stand = bench()
     for frame, picture in enumerate(pictures[:8]):
@@ -153,3 +194,21 @@ def test_a_parameter_out_of_range_is_refused(ros_context):
         TrackerNode(
             context=ros_context, parameter_overrides=[Parameter("polarity", value="purple")]
         )
+
+
+def test_a_bump_is_said_before_the_first_state_that_rests_on_it(bench):
+    aside = replace(SMALL_RIG, centre_px=(SMALL_RIG.centre_px[0] + 5.0, SMALL_RIG.centre_px[1]))
+    heads = 320.0 + 2.0 * np.arange(9)
+    before, after = (crawl(wavy_path(rig), 110.0, 12.0, heads) for rig in (SMALL_RIG, aside))
+    shown = film(SMALL_RIG, before[:5]) + film(aside, after[5:])
+    stand = bench()
+    for frame, picture in enumerate(shown):
+        stand.send(stand.raw, message(picture, frame))
+    stand.end(len(shown))
+    first, second = map(convert.geometry_from_msg, stand.heard[topics.CHAMBER_GEOMETRY])
+    assert (first.version, second.version) == (1, 2)
+    assert second.stamp_ns == 5 * FRAME_NS
+    assert [state.geometry for state in stand.states()] == [1] * 5 + [2] * 4
+    said = {v.key: v.value for v in stand.heard[topics.DIAGNOSTICS][-1].status[0].values}
+    assert said["geometry version"] == "2"
+    assert "moved by 5.0 px" in said["geometry changed because"]

@@ -15,6 +15,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
+from std_srvs.srv import Trigger
 
 from worm_msgs_py import convert, topics
 from worm_msgs_py.body import TrackedFrame
@@ -26,6 +27,7 @@ from worm_msgs_py.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
 from worm_msgs_py.running import TICK_S, stop_on_signals
 from worm_msgs_py.worm_node import WormNode
 from worm_tracker.errors import BadInput, BadPicture
+from worm_tracker.identity import Exchange, ExchangeKind
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.pictures import PictureDecoder
 from worm_tracker.tracker import Tracker
@@ -67,6 +69,10 @@ class TrackerNode(WormNode):
     ROS parameters, read once: those of `TrackerParameters`, and ``live`` (false), which takes the
     latest picture of a driver that is not ours (best effort) where otherwise none may be skipped.
 
+    Each time that head and tail are exchanged, `/diagnostics` says so: a status of its own, with
+    the frame and the stamp from which it holds. The service ``~/swap_head`` (std_srvs/Trigger) does
+    it by hand, for the frames that are held back and for the rest of the trial.
+
     A picture that cannot be decoded is a frame with the status ``bad_image``. When as many frames
     have been taken as `flow/end` says, those held back are published and the end is announced.
 
@@ -87,6 +93,7 @@ class TrackerNode(WormNode):
         self._decoder = PictureDecoder()
         self._kind: type | None = None
         self._announced = 0
+        self._exchanges_told = 0
         self._taken = self._given = 0
         self._first_ns = self._last_ns = 0
         self._next_report_ns: int | None = None
@@ -110,6 +117,7 @@ class TrackerNode(WormNode):
                 event_callbacks=SubscriptionEventCallbacks(),  # a camera of others may not match
             )
         self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
+        self.create_service(Trigger, "~/swap_head", self._on_swap_head)
 
     @property
     def done(self) -> bool:
@@ -158,12 +166,35 @@ class TrackerNode(WormNode):
         self._expected = convert.count_from_msg(msg)
         self._finish_if_whole()
 
+    def _on_swap_head(self, _: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+        """Exchange head and tail on an operator's word."""
+        exchange = None if self._done else self._tracker.swap_head()
+        answer.success = exchange is not None
+        if exchange is not None:
+            answer.message = f"head and tail are exchanged from frame {exchange.frame} on"
+            self._tell_exchanges()
+        elif self._done:
+            answer.message = "the trial has ended"
+        else:
+            answer.message = "no worm has been seen yet"
+        return answer
+
+    def _tell_exchanges(self) -> None:
+        """Publish each exchange of head and tail once."""
+        for exchange in self._tracker.exchanges[self._exchanges_told :]:
+            stamp = header(exchange.stamp_ns, "")
+            self._diagnostics.publish(DiagnosticArray(header=stamp, status=[_status(exchange)]))
+        self._exchanges_told = len(self._tracker.exchanges)
+
     def _announce_geometry(self) -> None:
         """Publish a new geometry before the first state that rests on it."""
         geometry: Geometry | None = self._tracker.geometry
         if geometry is None or geometry.version == self._announced:
             return
         self._announced = geometry.version
+        if self._tracker.changes:
+            why = self._tracker.changes[-1].why
+            self.get_logger().warning(f"geometry {geometry.version}: {why}")
         self._out[topics.CHAMBER_GEOMETRY].publish(convert.geometry_to_msg(geometry))
         if geometry.chambers:
             self._out[topics.CHAMBER].publish(convert.geometry_to_markers(geometry))
@@ -179,6 +210,7 @@ class TrackerNode(WormNode):
                 for topic, name in _POSES.items():
                     pose = convert.keypoint_to_pose(state, getattr(state, name))
                     self._out[topic].publish(pose)
+        self._tell_exchanges()
         self._given += len(given)
         self._flow.publish(convert.counts_to_msg((self._taken, self._given)))
 
@@ -205,7 +237,11 @@ class TrackerNode(WormNode):
             "frames held back": self._tracker.held,
             "frames per second, by stamps": f"{(self._taken - 1) / span_s:.3f}" if span_s else "",
             "head and tail exchanged": self._tracker.swaps,
+            "geometry version": self._announced,
         }
+        for change in self._tracker.changes[-1:]:
+            values["geometry changed at, s"] = f"{change.geometry.stamp_ns / _NS:.3f}"
+            values["geometry changed because"] = change.why
         for status, count in sorted(self._tracker.statuses.items()):
             values[f"status {status.label}"] = count
         report = DiagnosticStatus(
@@ -217,6 +253,23 @@ class TrackerNode(WormNode):
         self._diagnostics.publish(
             DiagnosticArray(header=header(self._last_ns, ""), status=[report])
         )
+
+
+def _status(exchange: Exchange) -> DiagnosticStatus:
+    """Return an exchange of head and tail as a diagnostic status."""
+    by = "by an operator" if exchange.kind is ExchangeKind.CORRECTION else "by the tracker"
+    values = {
+        "kind": exchange.kind.value,
+        "frame": exchange.frame,
+        "stamp_ns": exchange.stamp_ns,
+        "head certainty": f"{exchange.head_certainty:.4f}",
+    }
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN,
+        name=f"{NAME}: head and tail",
+        message=f"exchanged {by} from frame {exchange.frame} on",
+        values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+    )
 
 
 def main(args: list[str] | None = None) -> int:
