@@ -1,6 +1,7 @@
 """Which end is the head: a running log-odds from how the body moves."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 from math import exp, log
 
 import numpy as np
@@ -26,8 +27,38 @@ LEAP_WIDTHS, LEAP_LENGTHS = 1.5, 0.12
 """An end that moves farther than both from one frame to the next has been mistaken for another."""
 LEAP_RELIABILITY = 0.75
 """The most that a link with such a leap is trusted: the certainty falls, whatever it was."""
+SLIGHT_ODDS = 0.01
+"""The least that an operator's correction still counts for, after links in doubt."""
 LINK_WIDTHS = 0.15
 """Typical distance, in widths, of a body's points from where they were a frame before."""
+
+
+class ExchangeKind(StrEnum):
+    """Who exchanged head and tail."""
+
+    SWAP = "swap"
+    """The tracker: from here on it takes the other end for the head than it did before."""
+    CORRECTION = "correction"
+    """An operator."""
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """From one frame on, the end is the head that was the tail before.
+
+    Attributes
+    ----------
+    kind : ExchangeKind
+    frame, stamp_ns : int
+        The first frame to which it applies.
+    head_certainty : float
+        How sure the new head is at that frame, 0.5 to 1.
+    """
+
+    kind: ExchangeKind
+    frame: int
+    stamp_ns: int
+    head_certainty: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -67,21 +98,38 @@ class HeadTail:
         self._last: Floats | None = None
         self._gap = 1
         self._decided = 0
+        self._corrected = False
         self.swaps = 0
 
     @property
     def log_odds(self) -> float:
         """Log-odds that the first end is the head, from motion and liveliness."""
-        if self._seen <= ACTIVITY_FRAMES / 4:
+        if self._corrected or self._seen <= ACTIVITY_FRAMES / 4:
             return self._motion
         first, last = self._activity.tolist()
         lively = log((first + 1e-6) / (last + 1e-6)) / 2
         return self._motion + min(max(lively, -MOST_ACTIVITY_ODDS), MOST_ACTIVITY_ODDS)
 
     @property
+    def begun(self) -> bool:
+        """Whether there is a body to speak of."""
+        return self._last is not None
+
+    @property
     def certain(self) -> bool:
         """Whether the head is decided."""
         return abs(self.log_odds) >= CERTAIN_ODDS
+
+    def correct(self) -> None:
+        """Exchange head and tail on an operator's word, for good.
+
+        From now on motion and liveliness may confirm the head, after a link that left it in doubt,
+        but never exchange it again.
+        """
+        sign = -1.0 if self.log_odds >= 0 else 1.0
+        self._motion = sign * MOST_ODDS
+        self._corrected = True
+        self._decided = int(sign)
 
     def miss(self) -> None:
         """Note a frame without a midline: the next link is less sure."""
@@ -110,7 +158,7 @@ class HeadTail:
         reliability = 1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0)))
         if self._leaps(points, width):
             reliability = min(reliability, LEAP_RELIABILITY)
-        self._motion = _dilute(self._motion, float(reliability))
+        self._motion = self._bounded(_dilute(self._motion, float(reliability)))
         if self._gap <= 3:
             self._weigh(points, self._last, 2 * float(reliability) - 1)
         self._last, self._gap = points, 1
@@ -136,12 +184,19 @@ class HeadTail:
         forward = float(moved.real[n // 8 : n - n // 8].mean())
         part = min(max(forward / length, -MOST_STEP), MOST_STEP)
         self._motion += trust * ODDS_PER_LENGTH * part
-        self._motion = min(max(self._motion, -MOST_ODDS), MOST_ODDS)
+        self._motion = self._bounded(self._motion)
         sideways = moved.imag
         k = max(1, n // 10)
         ends = np.array([sideways[:k] @ sideways[:k], sideways[-k:] @ sideways[-k:]]) / k
         self._activity += (ends - self._activity) / min(self._seen + 1.0, ACTIVITY_FRAMES)
         self._seen += 1
+
+    def _bounded(self, odds: float) -> float:
+        """Return log-odds within their limits, on the side that an operator has chosen."""
+        low, high = -MOST_ODDS, MOST_ODDS
+        if self._corrected:
+            low, high = (SLIGHT_ODDS, high) if self._decided > 0 else (low, -SLIGHT_ODDS)
+        return min(max(odds, low), high)
 
     def _note_swap(self) -> None:
         if not self.certain:

@@ -12,7 +12,7 @@ from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
 from worm_tracker.errors import NoChamberFound
 from worm_tracker.following import Follower, Observation
-from worm_tracker.identity import HeadTail, certainty, chained
+from worm_tracker.identity import Exchange, ExchangeKind, HeadTail, certainty, chained
 from worm_tracker.parameters import Polarity, TrackerParameters
 from worm_tracker.rig_keeper import Change, RigKeeper
 from worm_tracker.states import tracked_frame
@@ -46,8 +46,8 @@ class Tracker:
         The rig, once it has been found; a new version whenever it is found again.
     changes : list of Change
         Every later version of the geometry, and why.
-    swaps : int
-        Times that head and tail were exchanged after they had been decided.
+    exchanges : list of Exchange
+        Each time that head and tail were exchanged, by the tracker or by an operator.
     statuses : Counter
         Frames given so far, by status.
 
@@ -68,15 +68,18 @@ class Tracker:
         self._rig: RigKeeper | None = None
         self._identity = HeadTail()
         self._held: deque[_Held] = deque()
+        self.exchanges: list[Exchange] = []
+        self._head_first: bool | None = None
         self._home = ""
         self._frames = 0
         self._failures = 0
+        self._last_ns = 0
         self._shape: tuple[int, ...] | None = None
 
     @property
     def swaps(self) -> int:
-        """Times that head and tail were exchanged after they had been decided."""
-        return self._identity.swaps
+        """Times that the tracker has exchanged head and tail from one given frame to the next."""
+        return sum(exchange.kind is ExchangeKind.SWAP for exchange in self.exchanges)
 
     @property
     def held(self) -> int:
@@ -104,6 +107,7 @@ class Tracker:
             Where the first pictures show no chamber (and `no_chamber` was not set).
         """
         frame, self._frames = self._frames, self._frames + 1
+        self._last_ns = stamp_ns
         seen = self._observe(picture, stamp_ns)
         reliability = 1.0
         if len(seen.points):
@@ -115,6 +119,29 @@ class Tracker:
             self._identity.miss()
         self._held.append(_Held(frame, stamp_ns, seen, self.geometry, reliability))
         return self._release()
+
+    def swap_head(self) -> Exchange | None:
+        """Exchange head and tail on an operator's word, for the rest of the trial.
+
+        Returns
+        -------
+        Exchange or None
+            What it applies to: the frames held back and all that come. None where no worm has been
+            seen that could be turned round.
+        """
+        if not self._identity.begun:
+            return None
+        self._identity.correct()
+        oldest = self._held[0] if self._held else None
+        exchange = Exchange(
+            ExchangeKind.CORRECTION,
+            oldest.frame if oldest else self._frames,
+            oldest.stamp_ns if oldest else self._last_ns,
+            certainty(self._identity.log_odds),
+        )
+        self.exchanges.append(exchange)
+        self._head_first = None
+        return exchange
 
     def finish(self) -> list[TrackedFrame]:
         """Return the frames that are still held back; the film is over.
@@ -195,6 +222,8 @@ class Tracker:
         given = []
         for k in range(count):
             held = self._held.popleft()
+            if len(held.seen.points):
+                self._note_exchange(odds >= 0, held, certainties[k])
             tracked = tracked_frame(
                 held.frame,
                 held.stamp_ns,
@@ -209,6 +238,12 @@ class Tracker:
             given.append(tracked)
             self.statuses[held.seen.status] += 1
         return given
+
+    def _note_exchange(self, head_first: bool, held: _Held, sure: float) -> None:
+        """Note where a frame is given whose head is the end that was the tail before it."""
+        if self._head_first is not None and head_first != self._head_first:
+            self.exchanges.append(Exchange(ExchangeKind.SWAP, held.frame, held.stamp_ns, sure))
+        self._head_first = head_first
 
 
 def _turned(seen: Observation) -> Observation:

@@ -1,0 +1,98 @@
+"""Head and tail are never exchanged in silence, and an operator's word holds for good."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from crawling_worm import FRAME_NS, SMALL_RIG, crawl, film, wavy_path
+
+from worm_tracker.identity import MOST_ODDS, ExchangeKind
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.tracker import Tracker
+
+LENGTH, WIDTH = 110.0, 12.0
+AHEAD = 60
+"""Frames in which the worm goes ahead before it goes back for long."""
+
+
+@pytest.fixture(scope="module")
+def there_and_back():
+    heads = LENGTH + 4.0 * np.concatenate([np.arange(AHEAD), np.arange(AHEAD)[::-1]])
+    return film(SMALL_RIG, crawl(wavy_path(SMALL_RIG), LENGTH, WIDTH, heads))
+
+
+def push_all(tracker, pictures):
+    given = []
+    for frame, picture in enumerate(pictures):
+        given += tracker.push(picture, frame * FRAME_NS)
+    return given
+
+
+def turned_round(given):
+    """Return the frames whose head is nearer to the tail of the frame before than to its head."""
+
+    def away(p, q):
+        return np.hypot(p.u_px - q.u_px, p.v_px - q.v_px)
+
+    pairs = [(a.state, b.state) for a, b in pairwise(given)]
+    return [b.frame for a, b in pairs if away(b.head, a.tail) < away(b.head, a.head)]
+
+
+def test_every_exchange_in_what_was_given_is_told_with_its_frame(there_and_back):
+    tracker = Tracker(TrackerParameters(hold_back_frames=5))
+    given = push_all(tracker, there_and_back) + tracker.finish()
+    told = [exchange.frame for exchange in tracker.exchanges]
+    assert len(told) == 1
+    assert turned_round(given) == told
+    assert tracker.swaps == 1
+    (exchange,) = tracker.exchanges
+    assert exchange.kind is ExchangeKind.SWAP
+    assert exchange.stamp_ns == exchange.frame * FRAME_NS
+    assert exchange.head_certainty == given[exchange.frame].state.head_certainty
+
+
+def test_a_worm_that_keeps_its_head_has_no_exchange(there_and_back):
+    tracker = Tracker(TrackerParameters())
+    given = push_all(tracker, there_and_back[:AHEAD]) + tracker.finish()
+    assert tracker.exchanges == []
+    assert turned_round(given) == []
+
+
+def test_an_operators_word_outlasts_any_motion(there_and_back):
+    """Motion speaks against it for as long as it spoke for the other end before."""
+    plain = Tracker(TrackerParameters())
+    heads = [tracked.state.head for tracked in push_all(plain, there_and_back[:AHEAD])]
+    tracker = Tracker(TrackerParameters())
+    first = push_all(tracker, there_and_back[:20])
+    exchange = tracker.swap_head()
+    assert exchange.kind is ExchangeKind.CORRECTION
+    assert exchange.frame == len(first)
+    given = list(first)
+    for frame in range(20, AHEAD):
+        given += tracker.push(there_and_back[frame], frame * FRAME_NS)
+    given += tracker.finish()
+    assert turned_round(given) == [exchange.frame]
+    assert [tracked.state.head for tracked in first] == heads[: len(first)]
+    assert [tracked.state.tail.u_px for tracked in given[20:]] == [
+        head.u_px for head in heads[20:AHEAD]
+    ]
+    assert tracker.exchanges == [exchange]
+    assert tracker.swaps == 0
+
+
+def test_an_operators_word_reaches_the_frames_that_are_held_back(there_and_back):
+    still = [there_and_back[0]] * 8
+    told = Tracker(TrackerParameters())
+    assert push_all(told, still) == []
+    assert told.swap_head().frame == 0
+    given = told.push(still[0], 8 * FRAME_NS)
+    assert [tracked.state.frame for tracked in given] == list(range(9))
+    other = Tracker(TrackerParameters())
+    assert push_all(other, [*still, still[0]]) == []
+    for one, tracked in zip(other.finish(), given, strict=True):
+        assert tracked.state.head.u_px == one.state.tail.u_px
+    assert given[0].state.head_certainty > 1 / (1 + np.exp(-MOST_ODDS)) - 0.01
+
+
+def test_there_is_nothing_to_exchange_before_a_worm_was_seen():
+    assert Tracker(TrackerParameters()).swap_head() is None
