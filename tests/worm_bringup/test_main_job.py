@@ -103,6 +103,22 @@ def test_the_chamber_is_found_below_a_pixel(larva):
     assert chamber["exit_width_mm"] == pytest.approx(2.0, abs=0.05)
 
 
+def test_evaluate_says_how_far_the_tracks_are_from_the_truth(larva):
+    done = worm("evaluate", larva, BAGS / "larva_truth.parquet", "--json")
+    assert done.returncode == 0, done.stderr
+    figures = {name: item["value"] for name, item in json.loads(done.stdout)["figures"].items()}
+    assert figures["head_error_median"] <= 0.5
+    assert figures["head_error_95"] <= 1.5
+    assert figures["centroid_error_median"] <= 0.3
+    assert figures["midline_rms_median"] <= 0.5
+    assert figures["right_end_for_head"] >= 0.995
+    assert figures["contact_agreement"] >= 0.97
+    assert figures["where_agreement"] == 1.0
+    assert figures["chamber_a_centre_error"] <= 0.15
+    assert figures["chamber_a_radius_error"] <= 0.1
+    assert figures["chamber_a_exit_error"] <= 0.3
+
+
 def test_positions_and_body_angle_in_the_chamber_frame(larva):
     tracks, truth = columns(larva / "tracks.parquet"), columns(BAGS / "larva_truth.parquet")
     for name in ("head_x_mm", "head_y_mm", "r_h_mm"):
