@@ -1,8 +1,9 @@
-"""`python -m benchmarks`: every benchmark, each a table of ratios taken in one run."""
+"""`python -m benchmarks`: ratios taken in one run, and errors on films with truth."""
 
-from benchmarks import analysis, graph, tracker
+from benchmarks import accuracy, analysis, graph, tracker
 
 if __name__ == "__main__":
     graph.main()
     tracker.main()
     analysis.main()
+    accuracy.main()

@@ -204,6 +204,17 @@ def test_episodes_that_were_missed_invented_or_split_lower_recall_and_precision(
     assert value(result, "contact_episode_f1") == pytest.approx(2 * 9 / 22)
 
 
+def test_a_gap_of_half_a_second_splits_no_episode_and_a_longer_one_does():
+    def change(columns):
+        columns["contact"][12:17] = [None] * 5
+        columns["contact"][31:37] = [None] * 6
+
+    result = compared(change)
+    assert result["contact_episode_precision"].n == 11
+    assert value(result, "contact_episode_recall") == 1.0
+    assert value(result, "contact_agreement") == pytest.approx(189 / 200)
+
+
 def test_where_that_is_wrong_or_unknown_is_not_right():
     def change(columns):
         columns["where"][:30] = ["unknown"] * 30

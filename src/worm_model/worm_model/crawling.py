@@ -1,4 +1,4 @@
-"""Worms that do as they are told: along a path, forwards and backwards, or into a coil.
+"""Worms that do as they are told: paths for them, and midlines of a worm that lies on one.
 
 All lengths are millimetres in the frame of chamber a; midlines are head first.
 """
@@ -15,7 +15,12 @@ POINTS = 121
 HEAD_DEPTH_MM, NECK_MM = 0.05, 0.4
 """How near to the wall a head tip comes, and the length over which the body leaves it."""
 
+BOW_MM = 8.0
+"""Radius of the bow that leads into a coil; the path starts along x, the bow's middle above it."""
 WAY_TO_THE_EXIT = (
+    (2.0, 0.0),
+    (5.6, 1.6),
+    (4.6, 5.0),
     (0.0, 6.0),
     (-5.0, 4.5),
     (-7.0, 0.0),
@@ -130,20 +135,24 @@ def lie_along_the_wall(
     return _around(theta_rad - s / (radius_mm - beside), radius_mm - depth)
 
 
-def coil_up(length_mm: float, width_mm: float, part: float) -> Line:
-    """Return a midline between a wide bow (part 0) and a coil whose turns touch (part 1).
+def coiling_path(width_mm: float, lead_mm: float, coil_mm: float) -> Line:
+    """Return a wide bow that ends in a spiral inwards, whose turns touch.
 
-    The coil is a spiral with the head inside; its turns are 1.05 widths apart. The midline's
-    middle is at the origin.
+    Parameters
+    ----------
+    width_mm : float
+        The worm's; the spiral's turns are 1.05 widths apart.
+    lead_mm, coil_mm : float
+        Length of the bow and of the spiral. The path's end is the spiral's inner end.
     """
     inner, gap = 2.5 * width_mm, 1.05 * width_mm / (2.0 * np.pi)
-    s = np.linspace(0.0, length_mm, POINTS)
-    turned = (np.sqrt(inner**2 + 2.0 * gap * s) - inner) / gap
-    curvature = (1.0 - part) / 8.0 + part / (inner + gap * turned)
+    s = np.arange(0.0, lead_mm + coil_mm, 0.02)
+    inwards = np.clip(lead_mm + coil_mm - s, 0.0, coil_mm)
+    spiral = 1.0 / np.sqrt(inner**2 + 2.0 * gap * inwards)
+    into = np.clip((s - lead_mm) / 2.0 + 1.0, 0.0, 1.0)
+    curvature = (1.0 - into) / BOW_MM + into * spiral
     yaw = np.r_[0.0, np.cumsum(0.5 * (curvature[1:] + curvature[:-1]) * np.diff(s))]
-    step = np.exp(1j * 0.5 * (yaw[1:] + yaw[:-1])) * np.diff(s)
-    z = np.r_[0.0, np.cumsum(step)]
-    z = (z - z.mean()) * np.exp(-1j * yaw[POINTS // 2])
+    z = np.r_[0.0, np.cumsum(np.exp(0.5j * (yaw[1:] + yaw[:-1])) * np.diff(s))]
     return np.stack([z.real, z.imag], axis=1)
 
 

@@ -114,12 +114,14 @@ def crossing_of_one_shade(take: Take) -> Iterator[FilmFrame]:
 
 
 def coil(take: Take) -> Iterator[FilmFrame]:
-    """Film a worm that coils up until its turns touch, and uncoils, twice."""
-    period_s = take.frames / FPS / 2.0
-    turn = 0.9 * take.seed
+    """Film a worm that crawls into a coil whose turns touch, stays, and backs out."""
+    path = crawling.coiling_path(WIDTH_MM, LENGTH_MM + 12.0, LENGTH_MM)
+    part = np.arange(take.frames) / take.frames
+    pulled_in = np.clip(np.minimum(part / 0.5, (1.0 - part) / 0.35), 0.0, 1.0)
+    heads = LENGTH_MM + 0.5 + 31.4 * pulled_in
+    middle = (0.0, crawling.BOW_MM)
     lines = (
-        _turned(crawling.coil_up(LENGTH_MM, WIDTH_MM, part), turn, (1.0, -0.8))
-        for part in np.sin(pi * np.arange(take.frames) / FPS / period_s) ** 2
+        _turned(line - middle, 0.9 * take.seed) for line in crawling.crawl(path, LENGTH_MM, heads)
     )
     return _film(_absorbing_twice(take.chamber), lines)
 
@@ -156,12 +158,13 @@ def bubbles(take: Take) -> Iterator[FilmFrame]:
 
 
 def reflection(take: Take) -> Iterator[FilmFrame]:
-    """Film a wall that mirrors the worm that touches it."""
-    return _film(
-        take.chamber,
-        _walk(take),
-        lambda view, rig, body, _frame: seen.add_reflection(view, rig, body, 0.3),
-    )
+    """Film a worm that the wall mirrors, and of which the lid shows a faint second image."""
+
+    def mirror(view: NDArray[np.float32], rig: Rig, body: Body, _frame: int) -> None:
+        seen.add_reflection(view, rig, body, 0.3)
+        seen.add_ghost(view, rig, body, (0.5, -0.7), 0.08)
+
+    return _film(take.chamber, _walk(take), mirror)
 
 
 def flicker(take: Take) -> Iterator[FilmFrame]:
@@ -218,12 +221,14 @@ def there_and_back(take: Take) -> Iterator[FilmFrame]:
 
 
 def failed_attempt(take: Take) -> Iterator[FilmFrame]:
-    """Film a head that enters the passage, 3.5 mm deep, and withdraws, twice."""
+    """Film a head that comes to the exit, enters 3.5 mm deep, and withdraws, twice."""
     path = crawling.smooth_path(crawling.WAY_TO_THE_EXIT)
     s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(path, axis=0).T))]
     deepest = float(np.interp(13.5, path[:, 0], s))
-    phase = 4.0 * pi * np.arange(take.frames) / take.frames
-    heads = deepest - 4.0 * (1.0 + np.cos(phase))
+    part = np.arange(take.frames) / take.frames
+    to_the_exit = np.minimum(part / 0.4 - 1.0, 0.0) * (deepest - 5.0 - LENGTH_MM - 0.1)
+    in_and_out = 2.5 * (1.0 + np.cos(4.0 * pi * (np.maximum(part, 0.4) - 0.4) / 0.6 + pi))
+    heads = deepest - 5.0 + to_the_exit + in_and_out
     return _film(take.chamber, crawling.crawl(path, LENGTH_MM, heads))
 
 
@@ -304,11 +309,9 @@ def _crawl(
     return crawling.crawl(path(take.chamber.radius_mm, 1.1 * take.seed), LENGTH_MM, heads)
 
 
-def _turned(
-    line: NDArray[np.float64], angle_rad: float, middle_mm: tuple[float, float]
-) -> NDArray[np.float64]:
+def _turned(line: NDArray[np.float64], angle_rad: float) -> NDArray[np.float64]:
     z = (line[:, 0] + 1j * line[:, 1]) * np.exp(1j * angle_rad)
-    return np.stack([z.real + middle_mm[0], z.imag + middle_mm[1]], axis=1)
+    return np.stack([z.real, z.imag], axis=1)
 
 
 def _absorbing_twice(rig: Rig) -> Rig:

@@ -23,6 +23,8 @@ SETTLING_S = 5.0
 FEWEST_FRAMES = 20
 """A 95th percentile, or a share of frames, needs as many."""
 FEWEST_EPISODES = 5
+LONGEST_GAP_S = 0.5
+"""As in the analysis, frames that do not tell the contact split no episode if they are few."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,7 +231,7 @@ def _episode_figures(pair: _Pair) -> Iterator[Figure]:
         return
     order = _in_time(pair.truth)
     known = np.isfinite(true_contact[order])
-    found = runs((pair.spread(contact, np.nan)[order] == 1.0) & known)
+    found = runs((_bridged(pair.spread(contact, np.nan)[order], pair.truth, order) == 1.0) & known)
     real = runs(true_contact[order] == 1.0)
     matched = matches(found, real)
     for name, of, count in (
@@ -240,6 +242,17 @@ def _episode_figures(pair: _Pair) -> Iterator[Figure]:
         enough = len(real) >= FEWEST_EPISODES and count > 0
         why = "" if enough else f"not enough data: {len(real)} true, {len(found)} found episodes"
         yield Figure(name, of / count if enough else None, "", count, why)
+
+
+def _bridged(contact: Reals, truth: Record, order: NDArray[np.intp]) -> Reals:
+    """Carry the contact told last over frames that do not tell it, for `LONGEST_GAP_S`."""
+    last = np.maximum.accumulate(np.where(np.isfinite(contact), np.arange(len(contact)), -1))
+    carried = np.where(last >= 0, contact[np.maximum(last, 0)], np.nan)
+    if truth.stamp_ns is None:
+        return contact
+    stamps = truth.stamp_ns[order]
+    fresh = stamps - stamps[np.maximum(last, 0)] <= round(LONGEST_GAP_S * 1e9)
+    return np.where(fresh, carried, np.nan)
 
 
 def runs(on: NDArray[np.bool_]) -> NDArray[np.intp]:

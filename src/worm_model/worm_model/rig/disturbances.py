@@ -88,14 +88,31 @@ def add_reflection(view: View, rig: Rig, body: Body, strength: float) -> None:
         part = np.s_[first:last]
         factor = (2.0 * rig.radius_px - radius[part]) / radius[part]
         image = Body.along(centre + outward[part] * factor[:, None], body.mean_width_px)
-        u0, v0, covered = worm_coverage(image)
-        top, left = max(v0, 0), max(u0, 0)
-        seen = covered[top - v0 :, left - u0 :][: rig.height_px - top, : rig.width_px - left]
-        here = np.s_[top : top + seen.shape[0], left : left + seen.shape[1]]
-        u = np.arange(left, left + seen.shape[1], dtype=np.float64)
-        v = np.arange(top, top + seen.shape[0], dtype=np.float64)[:, np.newaxis]
-        in_wall = np.clip(rig.wall_distance_px(u, v) + 0.5, 0.0, 1.0)
-        view[here] *= (1.0 - strength * seen * in_wall).astype(np.float32)
+        here, covered, in_wall = _image(rig, image)
+        view[here] *= (1.0 - strength * covered * in_wall).astype(np.float32)
+
+
+def add_ghost(
+    view: View, rig: Rig, body: Body, shift_mm: tuple[float, float], strength: float
+) -> None:
+    """Darken the water by a faint second image of the worm, as a lid reflects it.
+
+    Parameters
+    ----------
+    view : ndarray
+        Changed in place.
+    rig : Rig
+        The rig.
+    body : Body
+        The worm.
+    shift_mm : tuple of float
+        The image's place beside the worm, right and down in the picture.
+    strength : float
+        Share of the light that it takes away.
+    """
+    image = Body.along(body.points_px + rig.px_per_mm * np.array(shift_mm), body.mean_width_px)
+    here, covered, in_wall = _image(rig, image)
+    view[here] *= (1.0 - strength * covered * (1.0 - in_wall)).astype(np.float32)
 
 
 def flicker_gain(frame: int, depth: float, seed: int) -> float:
@@ -106,6 +123,20 @@ def flicker_gain(frame: int, depth: float, seed: int) -> float:
 def drift_gain(time_s: float, depth: float, period_s: float) -> float:
     """Return the brightness of a lamp that swings slowly, in 1 ± depth."""
     return 1.0 + depth * sin(2.0 * pi * time_s / period_s)
+
+
+def _image(
+    rig: Rig, image: Body
+) -> tuple[tuple[slice, slice], NDArray[np.float32], NDArray[np.float64]]:
+    """Return a part of the picture, how far the image covers it, and how far it is wall."""
+    u0, v0, covered = worm_coverage(image)
+    top, left = max(v0, 0), max(u0, 0)
+    covered = covered[top - v0 :, left - u0 :][: rig.height_px - top, : rig.width_px - left]
+    u = np.arange(left, left + covered.shape[1], dtype=np.float64)
+    v = np.arange(top, top + covered.shape[0], dtype=np.float64)[:, np.newaxis]
+    in_wall = np.clip(rig.wall_distance_px(u, v) + 0.5, 0.0, 1.0)
+    here = np.s_[top : top + covered.shape[0], left : left + covered.shape[1]]
+    return here, covered, in_wall
 
 
 def _edge(rig: Rig) -> float:
