@@ -18,6 +18,7 @@ from worm_tracker.refinement import Fine, refine
 from worm_tracker.segmentation import (
     Blob,
     Window,
+    alike,
     draw_blob,
     find_blobs,
     first_threshold,
@@ -38,6 +39,9 @@ LEAP_DOUBT = 0.5
 """What a leap leaves of the confidence."""
 WAY_COST, STRETCH_COST = 0.3, 1.0
 """What moving an end by a length, and a unit of log stretch, take off a carried body's overlap."""
+RELEARN_FRAMES, MORE = 15, 1.1
+"""Frames in a row without a midline, and area over the known one, after which a slender outline of
+another length is believed: the worm was seen in part at first."""
 MIN_OVERLAP = 0.7
 """Least agreement of body and picture for a midline to be believed."""
 SMALL, LARGE = 0.35, 2.2
@@ -122,6 +126,7 @@ class Follower:
         self._last: Floats | None = None
         self._before: Floats | None = None
         self._lost = 0
+        self._unresolved = 0
 
     @property
     def outline(self) -> Floats | None:
@@ -163,11 +168,13 @@ class Follower:
             self._blob = None
             if self._known is None:
                 self._rethink(signal)
-            found = Observation(Status.NO_WORM)
+            found = Observation(Status.AMBIGUOUS if self._rivals else Status.NO_WORM)
         else:
             found = self._observe(signal, smooth, window, blob)
             self._blob, self._lost = blob, 0
-        self._before, self._last = self._last, found.points if len(found.points) else None
+        resolved = len(found.points) > 0
+        self._before, self._last = self._last, found.points if resolved else None
+        self._unresolved = 0 if resolved or blob is None else self._unresolved + 1
         self.background.learn(picture, gain, self._hide(picture, gain))
         return found
 
@@ -192,6 +199,10 @@ class Follower:
         if self._known is not None:
             blobs = [blob for blob in blobs if blob.area > 0.1 * self._known.area]
         area = self._known.area if self._known else 0.0
+        # With nothing to go by but the size, two of the worm's size could each be the worm.
+        self._rivals = self._blob is None and alike(blobs, area)
+        if self._rivals:
+            return None
         if self._blob is None:
             return pick(blobs, area, 0.0, 0.0, 0.0)
         u0, v0, u1, v1 = self._blob.box
@@ -251,12 +262,21 @@ class Follower:
         if self._known is None:
             off = abs(float(np.log(length * rough.width / blob.area)))
             return length > 2.5 * rough.width and off < 0.35
-        stretch = length / self._known.length
-        return 0.75 < stretch < 1.35 and rough.width < 1.35 * width
+        if rough.width > 1.35 * width:
+            return False
+        if self._was_in_part(blob):
+            return length > 2.5 * rough.width
+        return 0.75 < length / self._known.length < 1.35
+
+    def _was_in_part(self, blob: Blob) -> bool:
+        """Tell whether the worm has long been too large for what was seen of it at first."""
+        known = self._known
+        larger = known is not None and blob.area > MORE * known.area
+        return larger and self._unresolved >= RELEARN_FRAMES
 
     def _learn(self, fine: Fine, blob: Blob) -> None:
         """Take a sound midline into what is known of the worm."""
-        if self._known is None:
+        if self._known is None or self._was_in_part(blob):
             width = mean_width(fine.widths)
             length = float(arc_length(fine.points)[-1])
             self._known = _Known(length, width, blob.area, fine.level, fine.widths)
