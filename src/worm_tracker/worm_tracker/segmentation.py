@@ -1,6 +1,7 @@
 """From the signal (background minus picture) to the one connected object that is the worm."""
 
 from dataclasses import dataclass, replace
+from math import log
 
 import cv2
 import numpy as np
@@ -12,6 +13,8 @@ Window = tuple[slice, slice]
 
 MIN_AREA_PX = 30.0
 MIN_HOLE_PX = 4.0
+ALIKE = 0.3
+"""Log of the ratio of two areas that may be one worm's at two times."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -149,6 +152,11 @@ def pick(blobs: list[Blob], area: float, u: float, v: float, reach: float) -> Bl
         if size + distance < least:
             best, least = blob, size + distance
     return best
+
+
+def alike(blobs: list[Blob], area: float) -> bool:
+    """Tell whether several objects have the worm's area, within a third (False: unknown)."""
+    return sum(abs(log(blob.area / area)) < ALIKE for blob in blobs) > 1 if area > 0 else False
 
 
 def smoothed(signal: Picture) -> Picture:
