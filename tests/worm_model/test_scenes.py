@@ -11,6 +11,7 @@ from worm_model.rig import Body, Rig, clear_view, draw, worm_coverage
 from worm_model.rig import disturbances as seen
 from worm_model.rig.drawing import crossings
 from worm_model.scenes import FPS, SCENES, Take, bumped
+from worm_model.walker import rounded_body
 
 TAKE = Take(px_per_mm=12.0, frames=24, noise=2.0)
 
@@ -40,7 +41,8 @@ def test_a_scene_is_as_long_as_asked_and_its_worm_is_in_the_water(name):
         rig, truth = rig_of(name, frame.truth.frame), frame.truth
         assert frame.picture.shape == (rig.height_px, rig.width_px)
         u, v = np.array(truth.midline_u_px), np.array(truth.midline_v_px)
-        assert rig.wall_distance_px(u, v).max() <= 0.0
+        centres, radius = rounded_body(np.c_[u, v], 0.4 * rig.px_per_mm).discs()
+        assert (rig.wall_distance_px(*centres.T) + radius).max() <= 0.25
         assert (truth.circle_u_px, truth.circle_v_px) in [
             pytest.approx((c.centre_u_px, c.centre_v_px)) for c in rig.chambers
         ]

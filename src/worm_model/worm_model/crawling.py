@@ -12,9 +12,8 @@ from scipy.interpolate import CubicSpline
 Line = NDArray[np.float64]
 POINTS = 121
 """Points of a midline: a step of a sixth of a millimetre for the worms here."""
-HEAD_DEPTH_MM, NECK_MM = 0.05, 0.4
-"""How near to the wall a head tip comes, and the length over which the body leaves it."""
-
+HEAD_DEPTH_MM = 0.05
+"""How near to the wall the tip of a head comes that leans on it."""
 BOW_MM = 8.0
 """Radius of the bow that leads into a coil; the path starts along x, the bow's middle above it."""
 WAY_TO_THE_EXIT = (
@@ -130,8 +129,9 @@ def lie_along_the_wall(
     """
     s = np.linspace(0.0, length_mm, POINTS)
     beside = 0.5 * width_mm + 0.03
-    depth = beside - (beside - HEAD_DEPTH_MM) * np.exp(-((s / NECK_MM) ** 2))
-    depth = depth + off_wall_mm * np.exp(-s / 2.0)
+    # The head leans on the wall with its tip, at 50°, so that its rounded end is not in the wall.
+    lean = 0.35 * s * np.exp(-s) - (beside - HEAD_DEPTH_MM) * np.exp(-s / 0.4)
+    depth = beside + lean + off_wall_mm * np.exp(-s / 2.0)
     return _around(theta_rad - s / (radius_mm - beside), radius_mm - depth)
 
 
