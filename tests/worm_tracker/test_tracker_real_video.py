@@ -1,6 +1,7 @@
 """What the tracker makes of the example bags: a real worm with coils; real motion with truth."""
 
 import zipfile
+from itertools import pairwise
 from pathlib import Path
 
 import cv2
@@ -72,7 +73,7 @@ def test_a_real_coiling_worm_has_a_midline_that_covers_its_mask(first):
 def leaps(bodies, far_px=15.0):
     """Return the frames to which an end has leapt, and whether that is said."""
     found = []
-    for one, other in zip(bodies, bodies[1:], strict=False):
+    for one, other in pairwise(bodies):
         a, b = one.state, other.state
         ways = [
             np.hypot(p.u_px - q.u_px, p.v_px - q.v_px)
