@@ -126,15 +126,12 @@ def find_blobs(signal: Picture, threshold: float, window: Window) -> list[Blob]:
 
 def draw_blob(blob: Blob, window: Window, widen: int = 0) -> Picture:
     """Return a mask of the object in a window, its holes filled, widened by some pixels."""
-    height, width = (side.stop - side.start + 2 * widen for side in window)
-    mask = np.zeros((height, width), np.uint8)
-    offset = (widen - window[1].start, widen - window[0].start)
+    mask = np.zeros((window[0].stop - window[0].start, window[1].stop - window[1].start), np.uint8)
+    offset = (-window[1].start, -window[0].start)
     cv2.drawContours(mask, [blob.contour[:, None, :]], -1, 255, cv2.FILLED, offset=offset)
     if widen:
-        # A square all round: a broad line along the outline takes several times as long.
-        size = 2 * widen + 1
-        mask = np.asarray(cv2.dilate(mask, np.ones((size, size), np.uint8)), np.uint8)
-    return np.ascontiguousarray(mask[widen : height - widen, widen : width - widen])
+        cv2.drawContours(mask, [blob.contour[:, None, :]], -1, 255, 2 * widen + 1, offset=offset)
+    return mask
 
 
 def pick(blobs: list[Blob], area: float, u: float, v: float, reach: float) -> Blob | None:
