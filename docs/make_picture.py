@@ -28,7 +28,7 @@ def main() -> None:
     tracker, analysis = Tracker(TrackerParameters()), Analysis()
     frames: list[TrackedFrame] = []
     pictures = {}
-    film = simulate_film(Rig(exit_rad=0.35), Walker(seed=11, reversal_per_cycle=0.12), SECONDS, FPS)
+    film = simulate_film(Rig(exit_rad=0.35), Walker(seed=5, reversal_per_cycle=0.03), SECONDS, FPS)
     for number, shot in enumerate(film):
         frames += tracker.push(shot.picture, shot.stamp_ns)
         if number == SHOWN:

@@ -6,13 +6,9 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.exceptions import InvalidParameterTypeException
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
 from std_srvs.srv import Trigger
@@ -24,7 +20,7 @@ from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
-from worm_msgs_py.running import TICK_S, stop_on_signals
+from worm_msgs_py.running import run_alone
 from worm_msgs_py.worm_node import WormNode
 from worm_tracker.errors import BadInput, BadPicture
 from worm_tracker.identity import Exchange, ExchangeKind
@@ -273,30 +269,8 @@ def _status(exchange: Exchange) -> DiagnosticStatus:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Run the node alone until it is told to stop (SIGINT, SIGTERM).
-
-    Returns
-    -------
-    int
-        0, or 2 where a parameter is bad or no chamber is found.
-    """
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    executor = SingleThreadedExecutor()
-    node = None
-    try:
-        with stop_on_signals() as stop:
-            node = TrackerNode()
-            executor.add_node(node)
-            while not stop.is_set():
-                executor.spin_once(timeout_sec=TICK_S)
-    except (BadInput, InvalidParameterTypeException) as error:
-        print(f"{NAME}: {error}", file=sys.stderr)
-        return 2
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
-    return 0
+    """Run the node alone."""
+    return run_alone(TrackerNode, args, refusals=(BadInput,))
 
 
 if __name__ == "__main__":
