@@ -3,7 +3,7 @@
 python docs/make_statuses.py
 
 Every picture is a crop of a film of the synthetic rig, taken at a frame to which the tracker gave
-that status; found midline in green, head in red.
+that status; found midline in amber, head in blue.
 """
 
 from collections.abc import Iterable
@@ -30,7 +30,9 @@ RIG = Rig(
     optics=Optics(noise=2.0, blur_px=1.0),
 )
 LENGTH, WIDTH, CROP, ZOOM = 150.0, 12.0, 216, 24
-GREEN, RED, WHITE = (60, 200, 60), (40, 40, 230), (255, 255, 255)
+# The head is blue everywhere in the project. OpenCV's order: blue, green, red.
+AMBER, BLUE, WHITE = (0, 159, 230), (178, 114, 0), (255, 255, 255)
+PURPLE = (167, 121, 204)
 
 
 def main() -> None:
@@ -110,9 +112,9 @@ def with_midline(picture: Picture, tracked: TrackedFrame) -> Picture:
     colour = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
     line = np.stack([tracked.midline.u_px, tracked.midline.v_px], axis=1)
     if len(line):
-        cv2.polylines(colour, [np.rint(16 * line).astype(np.int32)], False, GREEN, 1, 16, 4)
+        cv2.polylines(colour, [np.rint(16 * line).astype(np.int32)], False, AMBER, 1, 16, 4)
         head = tuple(np.rint(16 * line[0]).astype(int).tolist())
-        cv2.circle(colour, head, 48, RED, -1, cv2.LINE_AA, 4)
+        cv2.circle(colour, head, 48, BLUE, -1, cv2.LINE_AA, 4)
     return np.asarray(colour, np.uint8)
 
 
@@ -149,12 +151,12 @@ def head_tip() -> Picture:
     contours, _ = cv2.findContours(
         np.asarray(level < edge, np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE
     )
-    cv2.drawContours(view, contours, -1, (220, 150, 40), 2, cv2.LINE_AA)
+    cv2.drawContours(view, contours, -1, PURPLE, 2, cv2.LINE_AA)
     line = np.stack([tracked.midline.u_px, tracked.midline.v_px], axis=1)
-    cv2.polylines(view, [place(line)], False, GREEN, 2, cv2.LINE_AA, 4)
+    cv2.polylines(view, [place(line)], False, AMBER, 2, cv2.LINE_AA, 4)
     true = crawling(tracked.state.frame).points_px[0]
     cv2.circle(view, tuple(place(true[None])[0].tolist()), 16 * 9, WHITE, 2, cv2.LINE_AA, 4)
-    cv2.circle(view, tuple(place(head[None])[0].tolist()), 16 * 5, RED, -1, cv2.LINE_AA, 4)
+    cv2.circle(view, tuple(place(head[None])[0].tolist()), 16 * 5, BLUE, -1, cv2.LINE_AA, 4)
     inner = slice(margin * ZOOM, -margin * ZOOM)  # the outline does not close along the edge
     return np.asarray(view[inner, inner], np.uint8)
 
