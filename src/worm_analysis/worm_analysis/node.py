@@ -6,7 +6,6 @@ from dataclasses import fields
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import ParameterDescriptor
 from sensor_msgs.msg import JointState
 from std_msgs.msg import UInt64
 
@@ -115,8 +114,7 @@ class AnalysisNode(WormNode):
         values = {}
         for field in fields(AnalysisParameters):
             default = 0.0 if field.default is None else field.default
-            descriptor = ParameterDescriptor(description=DESCRIPTIONS[field.name], read_only=True)
-            values[field.name] = self.declare_parameter(field.name, default, descriptor).value
+            values[field.name] = self.read_parameter(field.name, default, DESCRIPTIONS[field.name])
         values["body_width_m"] = values["body_width_m"] or None
         return AnalysisParameters(**values)
 

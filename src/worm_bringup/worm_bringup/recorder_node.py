@@ -43,11 +43,15 @@ class RecorderNode(WormNode):
 
     def __init__(self, **node_arguments: Any):
         super().__init__("recorder", **node_arguments)
-        out = _empty_directory(self.declare_parameter("out", "").value)
+        out = _empty_directory(self.read_parameter("out", "", "an existing, empty directory"))
         self._expected = set(
-            self.declare_parameter("expect", ["tracker", "analysis", "model"]).value
+            self.read_parameter(
+                "expect", ["tracker", "analysis", "model"], "nodes that announce their end"
+            )
         )
-        self._provenance = json.loads(self.declare_parameter("provenance", "{}").value)
+        self._provenance = json.loads(
+            self.read_parameter("provenance", "{}", "JSON object for the summary")
+        )
         self._recording = Recording(out)
         self._bag = ResultBag(out / "bag")
         self._stamp_ns = 0

@@ -6,7 +6,6 @@ from dataclasses import fields
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import ParameterDescriptor
 from sensor_msgs.msg import JointState
 
 from worm_model.comparison import ModelParameters, can_compare, compare
@@ -93,8 +92,9 @@ class ModelNode(WormNode):
     def _read_parameters(self) -> ModelParameters:
         values = {}
         for field in fields(ModelParameters):
-            descriptor = ParameterDescriptor(description=DESCRIPTIONS[field.name], read_only=True)
-            values[field.name] = self.declare_parameter(field.name, field.default, descriptor).value
+            values[field.name] = self.read_parameter(
+                field.name, field.default, DESCRIPTIONS[field.name]
+            )
         return ModelParameters(**values)
 
     def _on_geometry(self, msg: JointState) -> None:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 
@@ -17,6 +18,14 @@ class WormNode(Node):
 
     def __init__(self, name: str, **node_arguments: Any) -> None:
         super().__init__(name, start_parameter_services=False, **node_arguments)
+
+    def read_parameter(self, name: str, default: Any, description: str) -> Any:
+        """Declare a parameter that is read once, with what it is for; return its value.
+
+        `default` may be a `rclpy.parameter.Parameter.Type` where there is no sensible one.
+        """
+        descriptor = ParameterDescriptor(description=description, read_only=True)
+        return self.declare_parameter(name, default, descriptor).value
 
     def create_publisher(self, *args: Any, **kwargs: Any) -> Any:
         """Create a publisher as rclpy does, without handlers of QoS events."""

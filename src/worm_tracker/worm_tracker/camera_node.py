@@ -6,7 +6,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
@@ -57,10 +56,7 @@ class CameraNode(SourceNode):
             raise
 
     def _declare(self) -> None:
-        def parameter(name: str, default: Any, description: str) -> Any:
-            descriptor = ParameterDescriptor(description=description, read_only=True)
-            return self.declare_parameter(name, default, descriptor).value
-
+        parameter = self.read_parameter
         address = parameter("camera", Parameter.Type.STRING, "device, address or video file")
         record = parameter("record", "", "directory for what is sent; empty: none")
         reconnections = parameter("reconnections", 5, "attempts in a row")

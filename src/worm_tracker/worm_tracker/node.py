@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.event_handler import SubscriptionEventCallbacks
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
@@ -132,11 +131,9 @@ class TrackerNode(WormNode):
         values = {}
         for field in fields(TrackerParameters):
             default = str(field.default) if field.name == "polarity" else field.default
-            descriptor = ParameterDescriptor(description=DESCRIPTIONS[field.name], read_only=True)
-            values[field.name] = self.declare_parameter(field.name, default, descriptor).value
+            values[field.name] = self.read_parameter(field.name, default, DESCRIPTIONS[field.name])
         about = "Take the latest picture of a driver that is not ours, and skip others."
-        descriptor = ParameterDescriptor(description=about, read_only=True)
-        live = bool(self.declare_parameter("live", False, descriptor).value)
+        live = bool(self.read_parameter("live", False, about))
         return TrackerParameters(**values), live
 
     def _on_picture(self, msg: Any) -> None:

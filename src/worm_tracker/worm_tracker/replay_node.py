@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import Trigger
@@ -62,10 +61,7 @@ class ReplayNode(SourceNode):
             raise
 
     def _declare(self) -> None:
-        def parameter(name: str, default: Any, description: str) -> Any:
-            descriptor = ParameterDescriptor(description=description, read_only=True)
-            return self.declare_parameter(name, default, descriptor).value
-
+        parameter = self.read_parameter
         bag = parameter("bag", Parameter.Type.STRING, "rosbag2 directory, .mcap or .db3 file")
         topic = parameter("topic", "", "topic of the pictures; empty: the only one")
         rate = parameter("rate", 0.0, "1.0 is real time, 0.0 as fast as can be")
