@@ -7,6 +7,7 @@ from math import exp, log
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_tracker.known import LEAP_LENGTHS, LEAP_WIDTHS
 from worm_tracker.outline import as_complex, tangents
 
 Floats = NDArray[np.float64]
@@ -23,8 +24,6 @@ ACTIVITY_FRAMES = 100.0
 """Memory of the liveliness."""
 CERTAIN_ODDS = 3.0
 """Beyond this (95 %) the head is taken as decided."""
-LEAP_WIDTHS, LEAP_LENGTHS = 1.5, 0.12
-"""An end that moves farther than both from one frame to the next has been mistaken for another."""
 LEAP_RELIABILITY = 0.75
 """The most that a link with such a leap is trusted: the certainty falls, whatever it was."""
 SLIGHT_ODDS = 0.01

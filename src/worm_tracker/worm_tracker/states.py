@@ -7,7 +7,7 @@ import numpy as np
 from worm_msgs_py.body import BodyState, Keypoint, Midline, TrackedFrame
 from worm_msgs_py.chamber import Chamber, Geometry
 from worm_msgs_py.frames import CAMERA, CHAMBER_A, Where
-from worm_tracker.following import Observation
+from worm_tracker.observation import Observation
 from worm_tracker.outline import Floats, arc_length
 
 NAN = float("nan")

@@ -11,8 +11,9 @@ from worm_msgs_py.body import TrackedFrame
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
 from worm_tracker.errors import NoChamberFound
-from worm_tracker.following import Follower, Observation
+from worm_tracker.following import Follower
 from worm_tracker.identity import Exchange, ExchangeKind, HeadTail, certainty, chained
+from worm_tracker.observation import Observation
 from worm_tracker.parameters import Polarity, TrackerParameters
 from worm_tracker.rig_keeper import Change, RigKeeper
 from worm_tracker.states import tracked_frame
