@@ -205,6 +205,14 @@ def test_an_exit_that_the_worm_hides_is_measured_once_it_shows():
     assert places
 
 
+def test_a_hidden_exit_is_measured_later_where_the_circle_is_given_too():
+    u, v = SMALL_RIG.centre_px
+    circle = {"centre_u_px": u, "centre_v_px": v, "radius_px": SMALL_RIG.radius_px}
+    tracker, _ = track(film(SMALL_RIG, out_of_the_exit()), **circle)
+    assert [change.motion for change in tracker.changes] == [None]
+    assert_same(tracker.geometry.chambers[0], SMALL_RIG.chambers[0])
+
+
 def test_a_worm_that_fills_the_exit_does_not_hide_it_for_ever():
     rig = replace(SMALL_RIG, exit_width_mm=0.5)
     bodies = out_of_the_exit(width=9.0, rig=rig)

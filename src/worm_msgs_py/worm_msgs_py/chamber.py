@@ -30,7 +30,7 @@ class Chamber:
         Width W of the exit; NaN where no exit is in view.
     residual_px : float
         RMS distance of the wall's edge points from the circle.
-    centre_sd_px, radius_sd_px, exit_sd_rad : float
+    centre_sd_px, radius_sd_px, exit_sd_rad, exit_width_sd_m : float
         One standard deviation of the fit; NaN where given by the user.
     """
 
@@ -45,6 +45,7 @@ class Chamber:
     centre_sd_px: float = NAN
     radius_sd_px: float = NAN
     exit_sd_rad: float = NAN
+    exit_width_sd_m: float = NAN
 
     @property
     def px_per_m(self) -> float:

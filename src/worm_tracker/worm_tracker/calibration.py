@@ -36,8 +36,8 @@ def calibrate(
     Returns
     -------
     Geometry
-        The left chamber is ``chamber_a``. Without an exit in view its x axis points to the right
-        of the picture and `exit_width_m` is NaN.
+        The left chamber, or the one given first, is ``chamber_a``. Without an exit in view its x
+        axis points to the right of the picture and `exit_width_m` is NaN.
 
     Raises
     ------
@@ -48,8 +48,7 @@ def calibrate(
     if parameters.no_chamber:
         return Geometry(version, stamp_ns, w, h)
     if parameters.chamber_given:
-        given = Circle(parameters.centre_u_px, parameters.centre_v_px, parameters.radius_px)
-        circles = [given]
+        circles = _given_circles(parameters)
     else:
         circles = sorted(find_circles(picture), key=lambda circle: circle.u)
     if not circles:
@@ -60,12 +59,17 @@ def calibrate(
         for name, circle in zip(names, circles, strict=False)
     )
     chambers = joined(chambers)
-    length = passage_length(chambers)
-    return Geometry(version, stamp_ns, w, h, chambers, passage_length_m=length)
+    length = passage_length(chambers, parameters)
+    return Geometry(version, stamp_ns, w, h, chambers, parameters.depth_m, length)
 
 
-def passage_length(chambers: tuple[Chamber, ...]) -> float:
-    """Return the length L from wall to wall along the passage; the paper's with one chamber."""
+def passage_length(chambers: tuple[Chamber, ...], parameters: TrackerParameters) -> float:
+    """Return the length L from wall to wall along the passage, m.
+
+    It is what the user says, else what is seen, else (with one chamber in view) the paper's.
+    """
+    if isfinite(parameters.passage_length_m):
+        return parameters.passage_length_m
     if len(chambers) < 2:
         return PASSAGE_LENGTH_M
     a, b = chambers
@@ -86,30 +90,40 @@ def joined(chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
         right = other.centre_u_px - chamber.centre_u_px
         towards = atan2(chamber.centre_v_px - other.centre_v_px, right)
         off = abs(remainder(chamber.exit_rad - towards, tau))
-        known = isfinite(chamber.exit_width_m) and off < MAX_EXIT_OFF_RAD
+        faces = isfinite(chamber.exit_width_m) and off < MAX_EXIT_OFF_RAD
         sd = hypot(chamber.centre_sd_px, other.centre_sd_px) / hypot(
             right, chamber.centre_v_px - other.centre_v_px
         )
         seen.append(
             chamber
-            if known
+            if faces
             else replace(chamber, exit_rad=towards, exit_width_m=NAN, exit_sd_rad=sd)
         )
-    known_widths = [c.exit_width_m for c in seen if isfinite(c.exit_width_m)]
-    if not known_widths:
+    known = [c for c in seen if isfinite(c.exit_width_m)]
+    if not known:
         return chambers
     # A worm in the exit can only make it look narrower.
-    widest = max(known_widths)
-    return tuple(c if isfinite(c.exit_width_m) else replace(c, exit_width_m=widest) for c in seen)
+    widest = max(known, key=lambda chamber: chamber.exit_width_m)
+    width_m, width_sd_m = widest.exit_width_m, widest.exit_width_sd_m
+    return tuple(
+        c
+        if isfinite(c.exit_width_m)
+        else replace(c, exit_width_m=width_m, exit_width_sd_m=width_sd_m)
+        for c in seen
+    )
 
 
 def _chamber(picture: Picture, circle: Circle, name: str, parameters: TrackerParameters) -> Chamber:
     """Return the chamber of one circle, with its exit where there is one."""
     exit_ = find_exit(picture, circle)
     metres = parameters.radius_m / circle.radius
-    direction, sd = (exit_.direction_rad, exit_.direction_sd_rad) if exit_ else (0.0, float("nan"))
-    if isfinite(parameters.exit_deg):
-        direction, sd = radians(parameters.exit_deg), float("nan")
+    direction, sd = (exit_.direction_rad, exit_.direction_sd_rad) if exit_ else (0.0, NAN)
+    width, width_sd = (exit_.width_px * metres, exit_.width_sd_px * metres) if exit_ else (NAN, NAN)
+    if isfinite(parameters.exit_deg) and name == CHAMBER_A:
+        direction, sd = radians(parameters.exit_deg), NAN
+        width = parameters.exit_width_m if isfinite(parameters.exit_width_m) else width
+    if exit_ and isfinite(parameters.exit_width_m):
+        width, width_sd = parameters.exit_width_m, NAN
     return Chamber(
         name=name,
         centre_u_px=circle.u,
@@ -117,12 +131,22 @@ def _chamber(picture: Picture, circle: Circle, name: str, parameters: TrackerPar
         radius_px=circle.radius,
         exit_rad=direction,
         radius_m=parameters.radius_m,
-        exit_width_m=exit_.width_px * metres if exit_ else float("nan"),
+        exit_width_m=width,
         residual_px=circle.residual,
         centre_sd_px=circle.centre_sd,
         radius_sd_px=circle.radius_sd,
         exit_sd_rad=sd,
+        exit_width_sd_m=width_sd,
     )
+
+
+def _given_circles(parameters: TrackerParameters) -> list[Circle]:
+    """Return the circles that the user gives, in that order."""
+    circles = [Circle(parameters.centre_u_px, parameters.centre_v_px, parameters.radius_px)]
+    if isfinite(parameters.radius_b_px):
+        second = Circle(parameters.centre_b_u_px, parameters.centre_b_v_px, parameters.radius_b_px)
+        circles.append(second)
+    return circles
 
 
 def _why(picture: Picture) -> str:

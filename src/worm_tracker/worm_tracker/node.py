@@ -43,8 +43,15 @@ DESCRIPTIONS = {
     "centre_u_px": "The wall's circle where it is given: u of its centre, px; NaN: looked for.",
     "centre_v_px": "The wall's circle where it is given: v of its centre, px; NaN: looked for.",
     "radius_px": "The wall's circle where it is given: its radius, px; NaN: looked for.",
+    "centre_b_u_px": "A second chamber's circle where it is given: u of its centre, px.",
+    "centre_b_v_px": "A second chamber's circle where it is given: v of its centre, px.",
+    "radius_b_px": "A second chamber's circle where it is given: its radius, px.",
     "exit_deg": "Direction of the exit, degrees counter-clockwise from the picture's right; NaN: "
     "looked for.",
+    "exit_width_m": "Width W of the exits, m; NaN: measured.",
+    "depth_m": "Thickness h of the sheet, m; a picture does not show it.",
+    "passage_length_m": "Length L of the passage, m; NaN: measured where both chambers are in "
+    "view.",
     "px_per_mm": "Scale of pictures without a chamber; NaN: unknown.",
     "hold_back_frames": "Most frames that wait for the decision which end is the head.",
     "calibration_frames": "Pictures that may fail to show a chamber before the tracker gives up.",

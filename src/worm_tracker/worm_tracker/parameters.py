@@ -7,6 +7,16 @@ from math import isfinite
 from worm_tracker.errors import TrackerError
 
 NAN = float("nan")
+_POSITIVE = (
+    "radius_m",
+    "radius_px",
+    "radius_b_px",
+    "exit_width_m",
+    "depth_m",
+    "passage_length_m",
+    "px_per_mm",
+)
+"""NaN, for unknown, passes."""
 
 
 class Polarity(StrEnum):
@@ -31,8 +41,17 @@ class TrackerParameters:
         The chamber's known radius R, which gives the scale.
     centre_u_px, centre_v_px, radius_px : float
         The wall's circle, where it is given rather than looked for: all three or none.
+    centre_b_u_px, centre_b_v_px, radius_b_px : float
+        The same of a second chamber, whose exit faces the first one.
     exit_deg : float
         Direction of the exit, counter-clockwise from the picture's right; looked for where NaN.
+    exit_width_m : float
+        Width W of the exits; measured where NaN.
+    depth_m : float
+        Thickness h of the sheet, which a picture from above does not show.
+    passage_length_m : float
+        Length L of the passage; where NaN it is measured if both chambers are in view, else the
+        paper's.
     px_per_mm : float
         Scale of pictures without a chamber; NaN where it is not known.
     hold_back_frames : int
@@ -52,7 +71,13 @@ class TrackerParameters:
     centre_u_px: float = NAN
     centre_v_px: float = NAN
     radius_px: float = NAN
+    centre_b_u_px: float = NAN
+    centre_b_v_px: float = NAN
+    radius_b_px: float = NAN
     exit_deg: float = NAN
+    exit_width_m: float = NAN
+    depth_m: float = 1.5e-3
+    passage_length_m: float = NAN
     px_per_mm: float = NAN
     hold_back_frames: int = 256
     calibration_frames: int = 10
@@ -61,21 +86,39 @@ class TrackerParameters:
         if self.polarity not in tuple(Polarity):
             raise TrackerError(f"polarity must be 'dark' or 'bright', not {self.polarity!r}")
         object.__setattr__(self, "polarity", Polarity(self.polarity))
-        given = [isfinite(x) for x in (self.centre_u_px, self.centre_v_px, self.radius_px)]
-        if any(given) and not all(given):
-            raise TrackerError(
-                "the chamber is given in part: give centre_u_px, centre_v_px and radius_px, or none"
-            )
-        if self.no_chamber and (any(given) or isfinite(self.exit_deg)):
+        self._check_circles()
+        if self.no_chamber and (self.chamber_given or isfinite(self.exit_deg)):
             raise TrackerError("no_chamber contradicts a given chamber or exit: leave one of them")
-        for name in ("radius_m", "radius_px", "px_per_mm"):
+        for name in _POSITIVE:
             value = getattr(self, name)
             if value <= 0 or value == float("inf"):
                 raise TrackerError(f"{name} must be positive, not {value}")
+        if self.exit_width_m >= 2 * self.radius_m:
+            raise TrackerError(
+                f"exit_width_m is {self.exit_width_m}: an exit is narrower than its chamber, "
+                f"{2 * self.radius_m}"
+            )
         if self.hold_back_frames < 0 or self.calibration_frames < 1:
             raise TrackerError("hold_back_frames must be 0 or more, calibration_frames 1 or more")
+
+    def _check_circles(self) -> None:
+        """Refuse a circle that is given in part, and a second one without a first."""
+        first = (self.centre_u_px, self.centre_v_px, self.radius_px)
+        second = (self.centre_b_u_px, self.centre_b_v_px, self.radius_b_px)
+        for which, circle in (("the chamber", first), ("the second chamber", second)):
+            if any(isfinite(x) for x in circle) and not all(isfinite(x) for x in circle):
+                raise TrackerError(
+                    f"{which} is given in part: give the centre's u and v and the radius, or none"
+                )
+        if isfinite(second[0]) and not isfinite(first[0]):
+            raise TrackerError("the second chamber is given without the first: give both")
 
     @property
     def chamber_given(self) -> bool:
         """Whether the wall's circle is given rather than looked for."""
         return isfinite(self.radius_px)
+
+    @property
+    def exit_given(self) -> bool:
+        """Whether the exit's direction and width are given rather than looked for."""
+        return isfinite(self.exit_deg) and isfinite(self.exit_width_m)

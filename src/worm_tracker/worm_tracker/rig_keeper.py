@@ -86,8 +86,8 @@ class RigKeeper:
         """Take an exit for unknown that the worm, by its first outline, may hide in part."""
         chambers = tuple(
             chamber
-            if is_clear(chamber, outline)
-            else replace(chamber, exit_width_m=NAN, exit_sd_rad=NAN)
+            if is_clear(chamber, outline) or self._parameters.exit_given
+            else replace(chamber, exit_width_m=NAN, exit_sd_rad=NAN, exit_width_sd_m=NAN)
             for chamber in self.supposed.chambers
         )
         self.geometry = replace(self.supposed, chambers=joined(chambers))
@@ -102,9 +102,8 @@ class RigKeeper:
         outline : ndarray, shape (n, 2), or None
             The worm's in the frame before; None where it was not seen.
         """
-        if self._watch is None:
-            return None
-        if stamp_ns >= self._search_ns and self._watch.moved(picture):
+        watch = self._watch
+        if watch is not None and stamp_ns >= self._search_ns and watch.moved(picture):
             self._search_ns = stamp_ns + AGAIN_NS
             return self._follow(picture, stamp_ns, outline)
         hidden = any(not isfinite(c.exit_width_m) for c in self.geometry.chambers)
@@ -144,14 +143,13 @@ class RigKeeper:
 
     def _seen(self, chamber: Chamber, found: Exit) -> Chamber:
         width_m = found.width_px / chamber.px_per_m
+        width_sd_m = found.width_sd_px / chamber.px_per_m
+        if isfinite(self._parameters.exit_width_m):
+            width_m, width_sd_m = self._parameters.exit_width_m, NAN
+        seen = replace(chamber, exit_width_m=width_m, exit_width_sd_m=width_sd_m)
         if isfinite(self._parameters.exit_deg):
-            return replace(chamber, exit_width_m=width_m)
-        return replace(
-            chamber,
-            exit_rad=found.direction_rad,
-            exit_width_m=width_m,
-            exit_sd_rad=found.direction_sd_rad,
-        )
+            return seen
+        return replace(seen, exit_rad=found.direction_rad, exit_sd_rad=found.direction_sd_rad)
 
     def _follow(self, picture: Picture, stamp_ns: int, outline: Floats | None) -> Change | None:
         """Find the rig where it is now; None where it has not moved or is not to be seen."""
@@ -178,6 +176,7 @@ class RigKeeper:
                 exit_rad=remainder(before.exit_rad + turn, tau),
                 exit_width_m=before.exit_width_m,
                 exit_sd_rad=before.exit_sd_rad,
+                exit_width_sd_m=before.exit_width_sd_m,
             )
             for chamber, before in zip(moved, old, strict=True)
         )
@@ -227,10 +226,11 @@ class RigKeeper:
             version=self.geometry.version + 1,
             stamp_ns=stamp_ns,
             chambers=chambers,
-            passage_length_m=passage_length(chambers),
+            passage_length_m=passage_length(chambers, self._parameters),
         )
         self.supposed = replace(self.geometry, chambers=supposed or chambers)
-        self._watch = WallWatch(picture, self.supposed)
+        if self._watch is not None:
+            self._watch = WallWatch(picture, self.supposed)
         return Change(self.geometry, motion, why)
 
 

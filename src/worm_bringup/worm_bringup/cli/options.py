@@ -6,8 +6,8 @@ from typing import Annotated, Any
 import typer
 
 from worm_analysis.parameters import AnalysisParameters
-from worm_tracker.errors import BadInput
-from worm_tracker.parameters import Polarity
+from worm_tracker.errors import BadInput, TrackerError
+from worm_tracker.parameters import Polarity, TrackerParameters
 
 _TRACKER = "The picture"
 _ANALYSIS = "The analysis"
@@ -38,10 +38,36 @@ CirclePx = Annotated[
         rich_help_panel=_TRACKER,
     ),
 ]
+CircleBPx = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(
+        metavar="U V RADIUS",
+        help="The same of a second chamber, with --circle-px.",
+        rich_help_panel=_TRACKER,
+    ),
+]
 ExitDeg = Annotated[
     float | None,
     typer.Option(
         help="Direction of the exit, counter-clockwise from the picture's right.",
+        rich_help_panel=_TRACKER,
+    ),
+]
+ExitWidthMm = Annotated[
+    float | None,
+    typer.Option(help="Width W of the exit, instead of measuring it.", rich_help_panel=_TRACKER),
+]
+DepthMm = Annotated[
+    float,
+    typer.Option(
+        help="Thickness h of the sheet, which a picture does not show.", rich_help_panel=_TRACKER
+    ),
+]
+PassageMm = Annotated[
+    float | None,
+    typer.Option(
+        help="Length L of the passage, instead of measuring it; 35 where only one chamber is in "
+        "view.",
         rich_help_panel=_TRACKER,
     ),
 ]
@@ -75,21 +101,43 @@ def tracker_parameters(
     no_chamber: bool,
     radius_mm: float,
     circle_px: tuple[float, float, float] | None,
+    circle_b_px: tuple[float, float, float] | None,
     exit_deg: float | None,
+    exit_width_mm: float | None,
+    depth_mm: float,
+    passage_mm: float | None,
     px_per_mm: float | None,
 ) -> dict[str, Any]:
-    """Return the tracker's parameters that the options give."""
+    """Return the tracker's parameters that the options give.
+
+    Raises
+    ------
+    BadInput
+        Where they contradict each other or make no sense.
+    """
     given: dict[str, Any] = {
         "polarity": str(polarity),
         "no_chamber": no_chamber,
         "radius_m": radius_mm / 1e3,
+        "depth_m": depth_mm / 1e3,
     }
     if circle_px is not None:
         given |= dict(zip(("centre_u_px", "centre_v_px", "radius_px"), circle_px, strict=True))
-    if exit_deg is not None:
-        given["exit_deg"] = exit_deg
-    if px_per_mm is not None:
-        given["px_per_mm"] = px_per_mm
+    if circle_b_px is not None:
+        names = ("centre_b_u_px", "centre_b_v_px", "radius_b_px")
+        given |= dict(zip(names, circle_b_px, strict=True))
+    for name, value, unit in (
+        ("exit_deg", exit_deg, 1.0),
+        ("exit_width_m", exit_width_mm, 1e-3),
+        ("passage_length_m", passage_mm, 1e-3),
+        ("px_per_mm", px_per_mm, 1.0),
+    ):
+        if value is not None:
+            given[name] = value * unit
+    try:
+        TrackerParameters(**given)
+    except TrackerError as error:
+        raise BadInput(f"the tracker cannot use these options: {error}") from None
     return given
 
 
