@@ -208,6 +208,9 @@ def _edge(
     plateau = (flat[at] + flat[np.maximum(at - 1, row)]) / 2
     # Never above the body's own level: a bright rim must not narrow the body.
     half = 0.5 * np.minimum(np.maximum(plateau, 2 * LOW * level), level)
+    # What darkens the water beside the body, a reflection say, is no part of it.
+    beside = (flat[row + size - 1] + flat[row + size - 2] + flat[row + size - 3]) / 3
+    half += np.where(beside < LOW * level, beside / 2, 0)
     below = profiles < half[:, None]
     below &= _counting(size) >= top[:, None]
     k = below.argmax(axis=1)
