@@ -19,10 +19,12 @@ from worm_msgs_py import (
     Distribution,
     Episode,
     EpisodeKind,
+    Forecast,
     Geometry,
     Keypoint,
     Midline,
     ModelQuantity,
+    NeededReversal,
     Observables,
     Quantity,
     Status,
@@ -118,6 +120,27 @@ comparisons = st.builds(
         unique_by=lambda q: q.name,
         max_size=4,
     ).map(tuple),
+    st.lists(
+        st.builds(
+            NeededReversal,
+            st.sampled_from(["per_cycle", "rate"]),
+            st.sampled_from(["v_w", "v_b"]),
+            names,
+            *[reals] * 3,
+            st.booleans(),
+        ),
+        unique_by=lambda n: (n.rule, n.speed, n.observation),
+        max_size=4,
+    ).map(tuple),
+    st.lists(st.tuples(names, reals), unique_by=lambda p: p[0], max_size=3).map(tuple),
+)
+forecasts = st.builds(
+    Forecast,
+    frame=counts,
+    stamp_ns=stamps,
+    where=st.sampled_from(Where),
+    measured=st.lists(st.tuples(names, st.booleans()), unique_by=lambda p: p[0]).map(tuple),
+    **{f.name: reals for f in fields(Forecast) if f.type is float or f.type == "float"},
 )
 
 
@@ -169,6 +192,18 @@ def test_events_survive_the_wire(events, stamp_ns):
 @given(comparisons)
 def test_comparison_survives_the_wire(comparison):
     assert same(c.comparison_from_msg(over_the_wire(c.comparison_to_msg(comparison))), comparison)
+
+
+@given(forecasts)
+def test_forecast_survives_the_wire(forecast):
+    assert same(c.forecast_from_msg(over_the_wire(c.forecast_to_msg(forecast))), forecast)
+
+
+@given(observables, st.tuples(counts, counts))
+def test_what_was_sent_before_observables_survives_the_wire(value, before):
+    msg = over_the_wire(c.observables_to_msg(value, before))
+    assert c.before_from_msg(msg) == before
+    assert same(c.observables_from_msg(msg), value)
 
 
 @given(st.integers(0, 20), st.data())

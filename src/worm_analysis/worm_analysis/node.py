@@ -139,7 +139,8 @@ class AnalysisNode(WormNode):
         observables, events = self._analysis.push(state)
         self._taken += 1
         self._last_ns = state.stamp_ns
-        self._out[topics.ANALYSIS_STATE].publish(convert.observables_to_msg(observables))
+        before = (self._out[topics.ANALYSIS_EVENTS].sent, self._out[topics.ANALYSIS_SUMMARY].sent)
+        self._out[topics.ANALYSIS_STATE].publish(convert.observables_to_msg(observables, before))
         self._publish_events(events)
         if self._next_summary_ns is None:
             self._next_summary_ns = state.stamp_ns + self._interval_ns

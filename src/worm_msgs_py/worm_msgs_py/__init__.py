@@ -8,7 +8,7 @@ from worm_msgs_py.body import BodyState, Keypoint, Midline, TrackedFrame
 from worm_msgs_py.chamber import Chamber, Geometry
 from worm_msgs_py.episodes import Attempt, Episode, EpisodeKind, Event, StrokePhase, Visit
 from worm_msgs_py.frames import Where
-from worm_msgs_py.model import Comparison, ModelQuantity
+from worm_msgs_py.model import Comparison, Forecast, ModelQuantity, NeededReversal
 from worm_msgs_py.status import Status
 
 __all__ = [
@@ -21,10 +21,12 @@ __all__ = [
     "Episode",
     "EpisodeKind",
     "Event",
+    "Forecast",
     "Geometry",
     "Keypoint",
     "Midline",
     "ModelQuantity",
+    "NeededReversal",
     "Observables",
     "Quantity",
     "Status",

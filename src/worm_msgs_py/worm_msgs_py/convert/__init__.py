@@ -5,6 +5,7 @@ passed through `float`, `int`, `bool` or `str` here, and nowhere else are messag
 """
 
 from worm_msgs_py.convert.analysis import (
+    before_from_msg,
     correlation_from_msg,
     correlation_to_msg,
     distribution_from_msg,
@@ -19,11 +20,17 @@ from worm_msgs_py.convert.chamber import geometry_from_msg, geometry_to_markers,
 from worm_msgs_py.convert.episodes import events_from_msg, events_to_msg
 from worm_msgs_py.convert.flow import count_from_msg, count_to_msg, counts_from_msg, counts_to_msg
 from worm_msgs_py.convert.midline import midline_from_msg, midline_to_msg
-from worm_msgs_py.convert.model import comparison_from_msg, comparison_to_msg
+from worm_msgs_py.convert.model import (
+    comparison_from_msg,
+    comparison_to_msg,
+    forecast_from_msg,
+    forecast_to_msg,
+)
 from worm_msgs_py.convert.picture import picture_to_msg
 from worm_msgs_py.convert.stamp import stamp_to_msg, stamp_to_ns
 
 __all__ = [
+    "before_from_msg",
     "body_state_from_msg",
     "body_state_to_msg",
     "comparison_from_msg",
@@ -38,6 +45,8 @@ __all__ = [
     "distribution_to_msg",
     "events_from_msg",
     "events_to_msg",
+    "forecast_from_msg",
+    "forecast_to_msg",
     "geometry_from_msg",
     "geometry_to_markers",
     "geometry_to_msg",

@@ -34,8 +34,16 @@ _REAL = (
 _CURVES = ("C_theta", "C_theta_error", "pairs", "C_theta_model")
 
 
-def observables_to_msg(observables: Observables) -> JointState:
-    """Write one frame's observables; `contact` is 1, 0 or NaN where it cannot be told."""
+_BEFORE = ("events_before", "summaries_before")
+
+
+def observables_to_msg(observables: Observables, before: tuple[int, int] = (0, 0)) -> JointState:
+    """Write one frame's observables; `contact` is 1, 0 or NaN where it cannot be told.
+
+    `before` is how many messages the analysis has sent on `analysis/events` and on
+    `analysis/summary` before this one: one who follows all three topics can put them in order,
+    which DDS does not.
+    """
     contact = observables.contact
     return joints_to_msg(
         {
@@ -43,6 +51,7 @@ def observables_to_msg(observables: Observables) -> JointState:
             "where": observables.where,
             **{name: getattr(observables, name) for name in _REAL},
             "contact": float("nan") if contact is None else float(contact),
+            **dict(zip(_BEFORE, before, strict=True)),
         },
         observables.stamp_ns,
         observables.where.label if observables.where is not Where.UNKNOWN else "",
@@ -60,6 +69,13 @@ def observables_from_msg(msg: JointState) -> Observables:
         contact=None if contact != contact else bool(contact),
         **{name: values[name] for name in _REAL},
     )
+
+
+def before_from_msg(msg: JointState) -> tuple[int, int]:
+    """Read how many events and summaries the analysis sent before these observables."""
+    values = joints_from_msg(msg)
+    events, summaries = (int(values[name]) for name in _BEFORE)
+    return events, summaries
 
 
 def quantities_to_msg(quantities: Sequence[Quantity], stamp_ns: int) -> DiagnosticArray:
