@@ -30,6 +30,12 @@ def provenance(source: Mapping[str, Any], parameters: Mapping[str, Mapping[str, 
     }
 
 
+def file_hash(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes, as `sha256sum` gives it."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
 def bag_hash(path: Path) -> str:
     """Return the SHA-256 of a bag's files, in the order of their names."""
     digest = hashlib.sha256()

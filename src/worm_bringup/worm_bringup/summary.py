@@ -62,7 +62,11 @@ def _quantity(quantity: Quantity) -> dict[str, Any]:
 def _geometry(geometry: Geometry | None) -> dict[str, Any]:
     if geometry is None:
         return {}
-    return {chamber.name: _chamber(chamber) for chamber in geometry.chambers}
+    rig = {
+        "depth_mm": geometry.depth_m * 1e3,
+        "passage_length_mm": geometry.passage_length_m * 1e3,
+    }
+    return {chamber.name: _chamber(chamber) | rig for chamber in geometry.chambers}
 
 
 def _chamber(chamber: Chamber) -> dict[str, float]:

@@ -15,7 +15,8 @@ from worm_msgs_py import Status
 
 SOURCES = {
     "bag": "Bag",
-    "sha256": "SHA-256 of the bag",
+    "table": "Table of tracks",
+    "sha256": "SHA-256",
     "topic": "Topic",
     "camera": "Camera",
     "start_offset_s": "Start offset (s)",
@@ -114,7 +115,7 @@ def render(results: Results) -> str:
 def source_name(provenance: Mapping[str, Any]) -> str:
     """Return what a trial is called: the name of its bag or camera."""
     source = provenance.get("source") or {}
-    for key in ("bag", "camera", "name"):
+    for key in ("bag", "table", "camera", "name"):
         if source.get(key):
             return str(source[key])
     return "unnamed trial"

@@ -211,13 +211,20 @@ def _chamber(name: str, entry: Mapping[str, Any]) -> Chamber:
         centre_v_px=_number(entry["centre_v_px"]),
         radius_px=_number(entry["radius_px"]),
         exit_rad=radians(_number(entry["exit_deg"])),
-        radius_m=_number(entry["radius_px"]) / _number(entry["px_per_mm"]) * 1e-3,
+        radius_m=_radius_mm(entry) * 1e-3,
         exit_width_m=_number(entry.get("exit_width_mm")) * 1e-3,
         residual_px=_number(entry.get("residual_px")),
         centre_sd_px=_number(entry.get("centre_sd_px")),
         radius_sd_px=_number(entry.get("radius_sd_px")),
         exit_sd_rad=radians(_number(entry.get("exit_sd_deg"))),
     )
+
+
+def _radius_mm(entry: Mapping[str, Any]) -> float:
+    """Return R: of tracks that came without a picture it is all that is known of the circle."""
+    if entry.get("radius_mm") is not None:
+        return float(entry["radius_mm"])
+    return _number(entry["radius_px"]) / _number(entry["px_per_mm"])
 
 
 def _correlation(entry: Mapping[str, Any]) -> Correlation:

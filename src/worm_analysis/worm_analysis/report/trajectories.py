@@ -74,10 +74,18 @@ def _rows_in(results: Results, chamber: Chamber) -> Indices:
     """Return the frames with the head in a chamber, or in the passage and in its frame."""
     tracks = results.tracks
     here = tracks["where"] == chamber.name
+    seen = np.isin(tracks["where"], [member.name for member in results.chambers])
     x_m, y_m = chamber.to_metres(tracks["head_u_px"], tracks["head_v_px"])
     off_mm = np.hypot(1e3 * x_m - tracks["head_x_mm"], 1e3 * y_m - tracks["head_y_mm"])
-    beyond = (tracks["where"] == Where.PASSAGE.label) & (off_mm < SAME_FRAME_MM)
+    in_its_frame = np.where(np.isfinite(off_mm), off_mm < SAME_FRAME_MM, _last_known(here, seen))
+    beyond = (tracks["where"] == Where.PASSAGE.label) & in_its_frame
     return np.flatnonzero((here | beyond) & np.isfinite(tracks["head_x_mm"]))
+
+
+def _last_known(here: Any, seen: Any) -> Any:
+    """Return what `here` was in the last frame in which it could be told."""
+    last = np.maximum.accumulate(np.where(seen, np.arange(len(seen)), 0))
+    return here[last] if len(seen) else here
 
 
 def _size(panels: int) -> tuple[float, float]:

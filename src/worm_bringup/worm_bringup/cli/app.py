@@ -5,6 +5,7 @@ import sys
 import typer
 
 from worm_analysis.report import ReportError
+from worm_bringup.cli.analyse import analyse
 from worm_bringup.cli.doctor import doctor
 from worm_bringup.cli.evaluate import evaluate
 from worm_bringup.cli.live import live
@@ -26,7 +27,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
-for command in (replay, live, simulate, evaluate, report, doctor):
+for command in (replay, live, simulate, analyse, evaluate, report, doctor):
     app.command()(command)
 
 

@@ -143,7 +143,8 @@ def tracker_parameters(
 
 def analysis_parameters(*, contact_factor: float, body_width_mm: float | None) -> dict[str, Any]:
     """Return the analysis' parameters that the options give."""
-    given: dict[str, Any] = {"contact_factor": contact_factor}
+    # One threshold, no hysteresis, as in the paper.
+    given: dict[str, Any] = {"contact_factor": contact_factor, "release_factor": contact_factor}
     if body_width_mm is not None:
         given["body_width_m"] = body_width_mm / 1e3
     try:

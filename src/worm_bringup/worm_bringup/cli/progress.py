@@ -1,8 +1,9 @@
 """What a person sees while a trial runs, and at its end."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +63,11 @@ def progress_bar(description: str) -> Iterator[Report]:
 
 def show_result(result: RunResult, report: Path) -> None:
     """Print what was found, where the time went, and last the path of the report."""
+    show_trial(report, partial(show_speed, result))
+
+
+def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None:
+    """Print what was found, then whatever `between` prints, and last the path of the report."""
     console = Console()
     summary = json.loads((report.parent / "summary.json").read_text(encoding="utf-8"))
     frames = summary["frames"]
@@ -74,7 +80,7 @@ def show_result(result: RunResult, report: Path) -> None:
         f"{frames['read']} frames in, {frames['tracked']} tracked"
         + (f"; {others}" if others else "")
     )
-    show_speed(result)
+    between()
     shown = {name: summary["quantities"][name] for name in _SHOWN}
     known = {name: item for name, item in shown.items() if item["value"] is not None}
     if known:
