@@ -8,6 +8,7 @@ from worm_analysis.report import ReportError
 from worm_bringup.cli.analyse import analyse
 from worm_bringup.cli.doctor import doctor
 from worm_bringup.cli.evaluate import evaluate
+from worm_bringup.cli.import_ import import_
 from worm_bringup.cli.live import live
 from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
@@ -27,6 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
+app.command("import")(import_)
 for command in (replay, live, simulate, analyse, evaluate, report, doctor):
     app.command()(command)
 
