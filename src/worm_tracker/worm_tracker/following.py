@@ -1,5 +1,6 @@
 """Follows one worm from picture to picture: where it is, and its midline."""
 
+from dataclasses import replace
 from math import log
 
 import cv2
@@ -15,6 +16,7 @@ from worm_tracker.observation import Observation
 from worm_tracker.outline import Floats, Rough, arc_length, rough_midline
 from worm_tracker.refinement import Fine, refine
 from worm_tracker.segmentation import Blob, draw_blob, moved
+from worm_tracker.trail import Trail, trail_of
 
 MOST_STRETCH_A_FRAME = 0.08
 """Log of the length over that of the frame before: this and `MOST_STRETCH` at once are an error,
@@ -47,6 +49,8 @@ class Follower:
         self._known: Known | None = None
         self._last: Floats | None = None
         self._before: Floats | None = None
+        self._trail: Trail | None = None
+        self._carried_trail: Trail | None = None
         self._lost = 0
         self._unresolved = 0
 
@@ -72,6 +76,7 @@ class Follower:
                 None if points is None else moved(points, motion)
                 for points in (self._last, self._before)
             )
+            self._trail = None
 
     def push(self, picture: Picture) -> Observation:
         """Look at the next picture."""
@@ -80,6 +85,7 @@ class Follower:
             self._lost += 1
             return Observation(Status.BAD_IMAGE)
         sight = self._finder.find(picture, gain)
+        self._carried_trail = None
         if sight is None:
             self._lost += 1
             found = Observation(Status.AMBIGUOUS if self._finder.rivals else Status.NO_WORM)
@@ -87,6 +93,7 @@ class Follower:
             found = self._observe(sight)
             self._lost = 0
         resolved = len(found.points) > 0
+        self._trail = self._carried_trail if resolved else None
         self._before, self._last = self._last, found.points if resolved else None
         self._unresolved = 0 if resolved or sight is None else self._unresolved + 1
         self._finder.learn(picture, gain)
@@ -107,6 +114,8 @@ class Follower:
             return self._carried(sight, None)
         offset = (sight.window[1].start, sight.window[0].start)
         fine = refine(sight.signal, offset, rough.points, known.width if known else rough.width)
+        if self._last is not None and nearer_turned(fine.points, self._last):
+            fine = replace(fine, points=fine.points[::-1], widths=fine.widths[::-1])
         confidence = _agreement(fine, blob)
         if confidence < MIN_OVERLAP:
             return self._carried(sight, None)
@@ -150,8 +159,7 @@ class Follower:
         if self._known is None or self._was_in_part(blob):
             self._known = Known.of(fine, blob.area)
         else:
-            flip = self._last is not None and nearer_turned(fine.points, self._last)
-            self._known.learn(fine, fine.widths[::-1] if flip else fine.widths, blob.area)
+            self._known.learn(fine, fine.widths, blob.area)
         self._finder.expect(self._known.area, self._known.level)
 
     def _carried(self, sight: Sight, fine: Fine | None) -> Observation:
@@ -160,11 +168,13 @@ class Follower:
         if known is None or last is None:
             return Observation(Status.COILED, sight.blob.u, sight.blob.v)
         frames = 1 + self._lost
-        fit = carry(sight, known, last, self._before, frames, fine)
-        if fit.overlap < MIN_OVERLAP:
+        trail = self._trail or trail_of(last, self._before, known.width)
+        found = carry(sight, known, trail, last, self._before, frames, fine)
+        if found.overlap < MIN_OVERLAP:
             return Observation(Status.COILED, sight.blob.u, sight.blob.v)
-        doubt = LEAP_DOUBT if known.leaps(fit.points, last, frames) else 1.0
-        return _of_body(fit.points, known.widths, doubt * fit.overlap)
+        self._carried_trail = found.trail
+        doubt = LEAP_DOUBT if known.leaps(found.points, last, frames) else 1.0
+        return _of_body(found.points, known.widths, doubt * found.overlap)
 
 
 def _seen(fine: Fine, confidence: float) -> Observation:
