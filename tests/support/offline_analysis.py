@@ -11,6 +11,10 @@ R = 0.01
 GAP_NS = 500_000_000
 WINDOW_NS = 1_000_000_000
 FACTOR = 0.3
+CERTAIN = 0.9
+INCIDENCE_NS = 100_000_000
+MEAN_NS = 5_000_000_000
+HALF_ARC = np.arcsin(0.5e-3 / R)
 
 
 def wrapped(angle):
@@ -32,8 +36,9 @@ class Offline:
         self.psi_b = wrapped(np.arctan2(body[:, 1], body[:, 0]) - normal)
         self.psi_h = wrapped(track.yaw - normal)
         in_chamber = np.array([w in (Where.CHAMBER_A, Where.CHAMBER_B) for w in track.where])
-        self.valid = np.isfinite(x) & in_chamber
-        self._find_stretches(np.isfinite(x) & ~in_chamber)
+        trusted = np.isfinite(x) & (track.certainty >= CERTAIN)
+        self.valid = trusted & in_chamber
+        self._find_stretches(trusted & ~in_chamber)
         self.theta = np.full(n, np.nan)
         self.theta_dot = np.full(n, np.nan)
         for visit in np.unique(self.visit[self.valid]):
@@ -72,47 +77,138 @@ class Offline:
         return speed
 
     def _find_contacts(self):
-        """The threshold rests on the median of all widths up to the frame, from bins of 2 µm."""
+        """The threshold rests on the median of all tracked widths so far, from bins of 2 µm."""
         counts = np.zeros(1000)
         self.contact = np.full(len(self.valid), np.nan)
+        self.depth_widths = np.full(len(self.valid), np.nan)
         for row, width in enumerate(self.track.width):
-            if np.isfinite(width):
+            if np.isfinite(width) and np.isfinite(self.r_h[row]):
                 counts[int(width / 2e-6)] += 1
             if not self.valid[row] or counts.sum() == 0:
                 continue
             upto = np.cumsum(counts)
             at = np.flatnonzero(upto >= upto[-1] / 2)[0]
             inside = (upto[-1] / 2 - (upto[at] - counts[at])) / counts[at]
-            self.contact[row] = R - self.r_h[row] < FACTOR * (at + inside) * 2e-6
+            self.depth_widths[row] = (R - self.r_h[row]) / ((at + inside) * 2e-6)
+            self.contact[row] = self.depth_widths[row] < FACTOR
 
-    def episodes(self):
-        """Rows (chamber, in contact, start, end, distance, Δr, complete) in order of time."""
+    def _runs(self, rows, on, off, min_ns):
+        """Cut one stretch into (in contact, first row) by the rule, frame by frame."""
+        runs, touching = [], False
+        for row in rows:
+            touching = self.depth_widths[row] < (off if touching else on)
+            if not runs or touching != runs[-1][0]:
+                runs.append([touching, row, row])
+            runs[-1][2] = row
+        kept = runs[:1]
+        for kind, first, last in runs[1:]:
+            if (
+                kind != kept[-1][0]
+                and self.track.stamp_ns[last] - self.track.stamp_ns[first] >= min_ns
+            ):
+                kept.append([kind, first, last])
+        return [(kind, first) for kind, first, _ in kept]
+
+    def episodes(self, on=FACTOR, off=FACTOR, min_ns=0):
+        """Dicts of one episode each, in order of time."""
         found = []
-        for rows in self.stretches():
-            rows = rows[np.isfinite(self.contact[rows])]
+        for stretch in self.stretches():
+            rows = stretch[np.isfinite(self.contact[stretch])]
             if not len(rows):
                 continue
-            change = np.flatnonzero(np.diff(self.contact[rows])) + 1
-            starts = [0, *change]
-            ends = [*change, len(rows)]
-            for k, (start, end) in enumerate(zip(starts, ends, strict=True)):
-                last = k == len(starts) - 1
-                first_row, end_row = rows[start], rows[end - 1] if last else rows[end]
-                in_contact = bool(self.contact[first_row])
-                depth = np.nan if in_contact else (R - self.r_h[rows[start:end]]).max()
-                distance = R * abs(self.theta[end_row] - self.theta[first_row])
+            runs = self._runs(rows, on, off, min_ns)
+            for k, (in_contact, first) in enumerate(runs):
+                last = k == len(runs) - 1
+                end = rows[-1] if last else runs[k + 1][1]
+                own = rows[(rows >= first) & ((rows <= end) if last else (rows < end))]
+                at = np.searchsorted(rows, first)
                 found.append(
-                    (
-                        str(self.track.chamber[first_row]),
-                        in_contact,
-                        int(self.track.stamp_ns[first_row]),
-                        int(self.track.stamp_ns[end_row]),
-                        distance,
-                        depth,
-                        bool(k > 0 and not last),
-                    )
+                    {
+                        "chamber": str(self.track.chamber[first]),
+                        "in_contact": bool(in_contact),
+                        "start_ns": int(self.track.stamp_ns[first]),
+                        "end_ns": int(self.track.stamp_ns[end]),
+                        "distance": R * abs(self.theta[end] - self.theta[first]),
+                        "depth": np.nan if in_contact else (R - self.r_h[own]).max(),
+                        "complete": bool(k > 0 and not last),
+                        "start_seen": k > 0,
+                        "first": first,
+                        "end": end,
+                        "before": rows[at - 1] if k > 0 else None,
+                        "stretch": stretch,
+                    }
                 )
         return found
+
+    def excess(self, in_contact, cutoff, **rule):
+        """Complete episodes above a cut-off, and what all above it exceed it by."""
+        chosen = [
+            e
+            for e in self.episodes(**rule)
+            if e["start_seen"] and e["in_contact"] == in_contact and e["distance"] >= cutoff
+        ]
+        return sum(e["complete"] for e in chosen), sum(e["distance"] - cutoff for e in chosen)
+
+    def skips(self):
+        """Hops from the wall on one side of the exit to the wall on its other side."""
+        count = 0
+        for e in self.episodes():
+            if e["in_contact"] or not e["complete"]:
+                continue
+            ends = sorted(self.theta[[e["before"], e["end"]]])
+            for turn in range(-40, 41):
+                exit_at = 2 * np.pi * turn
+                count += ends[0] <= exit_at - HALF_ARC and exit_at + HALF_ARC <= ends[1]
+        return count
+
+    def collisions(self):
+        """Rows (incidence, speed over the second after it) of every contact that has both."""
+        found = []
+        for e in self.episodes():
+            rows = e["stretch"]
+            t = self.track.stamp_ns[rows]
+            after = e["start_ns"] + WINDOW_NS
+            if not e["in_contact"] or not e["start_seen"] or t[-1] < after:
+                continue
+            at = int(np.searchsorted(rows, e["first"]))
+            recent = np.flatnonzero(t[:at] >= e["start_ns"] - INCIDENCE_NS)
+            before = self.track.head[rows[recent[0] if len(recent) else at - 1]]
+            here = self.track.head[e["first"]]
+            way = here - before
+            incidence = wrapped(np.arctan2(way[1], way[0]) - np.arctan2(here[1], here[0]))
+            later = np.interp(float(after - t[0]), (t - t[0]).astype(float), self.theta[rows])
+            found.append((incidence, later - self.theta[e["first"]]))
+        return np.array(found).reshape(-1, 2)
+
+    def windows(self):
+        """Rows (mean v_b, sin of the mean psi_b) of windows of which half was seen."""
+        known = np.flatnonzero(np.isfinite(self.theta_dot) & np.isfinite(self.psi_b))
+        found = []
+        if len(known):
+            t = self.track.stamp_ns[known] - self.track.stamp_ns[known[0]]
+            keys = list(zip(self.stretch[known], t // MEAN_NS, strict=True))
+            for key in sorted(set(keys)):
+                own = np.array([k == key for k in keys])
+                if t[own][-1] - t[own][0] >= MEAN_NS / 2:
+                    psi = self.psi_b[known[own]]
+                    mean = psi[0] + wrapped(psi - psi[0]).mean()
+                    found.append(((R * self.theta_dot[known[own]]).mean(), np.sin(mean)))
+        return np.array(found).reshape(-1, 2)
+
+    def turns(self):
+        """Times that the direction turned, and the time with a direction."""
+        turns, directed_s, last = 0, 0.0, 0.0
+        for row in np.flatnonzero(self.valid):
+            sign = np.sign(self.theta_dot[row])
+            if np.isnan(sign):
+                last = 0.0
+            elif sign != 0:
+                if last:
+                    before = np.flatnonzero(self.valid[:row])[-1]
+                    directed_s += (self.track.stamp_ns[row] - self.track.stamp_ns[before]) / 1e9
+                turns += sign == -last
+                last = sign
+        return turns, directed_s
 
     def correlation(self, lag_cells, step_ns):
         """C_θ and its pairs over all pairs of cells of one stretch, the plain double sum."""
@@ -132,9 +228,3 @@ class Offline:
             pairs.append(int(chosen.sum()))
             c.append(product[chosen].mean() if chosen.any() else np.nan)
         return np.array(c), np.array(pairs)
-
-    def slope_of_speed(self):
-        """v_w of v_b = v_w sin ψ_b through the origin."""
-        rows = np.isfinite(self.theta_dot) & np.isfinite(self.psi_b)
-        s, v = np.sin(self.psi_b[rows]), R * self.theta_dot[rows]
-        return (s @ v) / (s @ s)

@@ -31,6 +31,11 @@ class Track:
     length: np.ndarray
     chamber: np.ndarray
     where: np.ndarray
+    certainty: np.ndarray | None = None
+
+    def __post_init__(self):
+        if self.certainty is None:
+            self.certainty = np.full(len(self.stamp_ns), 0.99)
 
     def states(self):
         """Return the states, with pixel coordinates that agree with the metric ones."""
@@ -51,6 +56,8 @@ class Track:
             where=Where(int(self.where[frame])) if tracked else Where.UNKNOWN,
             status=Status.TRACKED if tracked else Status.NO_WORM,
             geometry=1,
+            confidence=0.95,
+            head_certainty=float(self.certainty[frame]) if tracked else 0.5,
             head=point(self.head, self.yaw[frame]),
             centroid=point(self.centroid),
             tail=point(self.tail),
@@ -144,6 +151,10 @@ def rough_track(seed, n=500):
     for points in (track.head, track.centroid, track.tail):
         points[lost] = np.nan
     track.yaw[lost] = np.nan
+    doubted = np.zeros(n, dtype=bool)
+    for start in rng.integers(0, n, rng.integers(0, 3)):
+        doubted[start : start + rng.integers(0, 40)] = True
+    track.certainty[doubted] = rng.uniform(0.5, 0.89, doubted.sum())
     return track
 
 

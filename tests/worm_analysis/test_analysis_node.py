@@ -98,7 +98,7 @@ def test_the_node_says_what_the_core_says(graph):
     last = convert.correlation_from_msg(got[topics.ANALYSIS_CORRELATION][-1])
     assert last.pairs.tolist() == analysis.correlation().pairs.tolist()
     names = [
-        convert.distribution_from_msg(msg).name for msg in got[topics.ANALYSIS_DISTRIBUTIONS][-9:]
+        convert.distribution_from_msg(msg).name for msg in got[topics.ANALYSIS_DISTRIBUTIONS][-11:]
     ]
     assert names == [item.name for item in analysis.distributions()]
 

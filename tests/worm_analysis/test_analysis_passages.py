@@ -2,9 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from walked_tracks import BODY_WIDTH, GEOMETRY, THRESHOLD, R, Track, polar
 
 from worm_analysis.analysis import Analysis
+from worm_analysis.visits import exits_passed
 from worm_msgs_py import Attempt, StrokePhase, Visit, Where
 
 RATE_HZ = 20
@@ -114,20 +117,50 @@ def test_a_passage_to_the_other_chamber_is_a_success_and_a_new_visit():
 @pytest.mark.parametrize("turns", [0, 2])
 def test_a_skip_is_a_hop_over_the_exit(depth_m, skips, frames, turns):
     start = 2 * np.pi * turns
-    path = Path().along(-1.0, start - 0.5, ALONG_WALL, 400)
-    path.along(start - 0.3, start + 0.3, depth_m, frames).along(start + 0.5, start + 1, DEEP, 40)
-    earlier = turns  # sliding over the exit is no skip
-    (visit,) = of(Visit, path.events()[0])
-    assert visit.skips == skips, earlier
+    path = Path().along(-1.0, start - 0.5, ALONG_WALL, 400)  # sliding over the exit is no skip
+    path.along(start - 0.3, start + 0.3, depth_m, frames)
+    path.along(start + 0.5, start + 1, ALONG_WALL, 40)
+    events, found = path.events()
+    (visit,) = of(Visit, events)
+    assert visit.skips == skips
+    assert found["n_s"].n == skips
+
+
+def test_a_hop_across_the_chamber_skips_the_exit_as_far_as_it_sweeps_over_it():
+    """Both come from the wall at -1.2 rad; one comes back to it beyond the exit, one before."""
+    for end_rad, skips in ((1.2, 1), (-0.3, 0)):
+        path = Path().along(-2.0, -1.2, ALONG_WALL, 40).along(-1.1, 0.4, 0.8 * R, 10)
+        path.along(0.4, end_rad, 0.8 * R, 10).along(end_rad, end_rad, ALONG_WALL, 10)
+        assert of(Visit, path.events()[0])[0].skips == skips
+
+
+def test_a_hop_that_ends_in_the_exit_or_never_ends_is_no_skip():
+    over = Path().along(-1.0, -0.3, ALONG_WALL, 40).along(-0.3, 0.3, DEEP, 20)
+    assert of(Visit, over.events()[0])[0].skips == 0, "it is not known to come back to the wall"
+    into = Path().along(-1.0, -0.3, ALONG_WALL, 40).along(-0.3, 0.2, DEEP, 20)
+    into.into_exit(1e-3, 5).along(0.2, 0.4, ALONG_WALL, 20)
+    _, found = into.events()
+    assert found["n_s"].n == 0, "it entered"
+
+
+@given(st.floats(-30, 30), st.floats(-30, 30), st.floats(0.01, 0.5), st.sampled_from([-1.0, 1.0]))
+def test_exits_passed_are_counted_alike_in_the_mirror_and_backwards(before, end, half_arc, sign):
+    passed = exits_passed(before, end, half_arc)
+    assert exits_passed(sign * end, sign * before, half_arc) == passed
+    low, high = min(before, end), max(before, end)
+    whole = [k for k in range(-9, 10) if low + half_arc <= 2 * np.pi * k <= high - half_arc]
+    assert passed == len(whole)
 
 
 def test_turning_back_before_the_exit_is_no_skip():
-    path = Path().along(-1.0, 0.01, DEEP, 40).along(0.01, -1.0, DEEP, 40)
+    path = Path().along(-2.0, -1.0, ALONG_WALL, 20).along(-1.0, 0.01, DEEP, 40)
+    path.along(0.01, -1.0, DEEP, 40).along(-1.0, -2.0, ALONG_WALL, 20)
     assert of(Visit, path.events()[0])[0].skips == 0
 
 
 def test_what_the_head_did_while_it_was_lost_is_no_skip():
-    path = Path().along(-1.0, -0.3, DEEP, 40).lose(30).along(0.3, 1.0, DEEP, 40)
+    path = Path().along(-1.0, -0.5, ALONG_WALL, 40).along(-0.5, -0.3, DEEP, 5).lose(30)
+    path.along(0.3, 0.5, DEEP, 5).along(0.5, 1.0, ALONG_WALL, 40)
     assert of(Visit, path.events()[0])[0].skips == 0
 
 
@@ -141,7 +174,8 @@ def test_a_visit_whose_start_was_not_seen_is_incomplete():
 
 def test_skips_after_a_withdrawal_count_for_the_trial():
     path = Path().along(1.0, 0.2, ALONG_WALL, 300).into_exit(1e-3, 5)
-    path.along(-0.3, -0.5, DEEP, 10).along(-0.5, 0.5, DEEP, 20)
+    path.along(-0.3, -0.5, ALONG_WALL, 10).along(-0.5, 0.5, DEEP, 20)
+    path.along(0.6, 0.8, ALONG_WALL, 10)
     events, found = path.events()
     assert of(Visit, events)[0].skips == 0
     assert found["n_s"].n == 1
@@ -201,6 +235,10 @@ def test_success_and_beta_need_enough_attempts_and_then_have_intervals():
     assert found["success"].low == 0.0
     assert found["success"].n == 60
     assert found["beta"].low < 0.5 < found["beta"].high
+    assert found["const"].low <= 0.0 <= found["const"].value < 0.05
+    assert found["alpha"].low < 0.5 < found["alpha"].high
+    assert found["failures_without_contact"].value == 1.0
+    assert found["failures_of_unknown_phase"].value == 1.0, "the length does not change"
     assert found["beta"].paper == 0.50, "W = 1 mm"
     assert found["tau_h"].value is None
     assert "1 findings" in found["tau_h"].why

@@ -5,10 +5,13 @@ from math import nan
 
 from worm_analysis.angular_motion import UnwrappedAngle
 from worm_analysis.body_sums import BodySums
+from worm_analysis.contacts import ClosedEpisode
+from worm_analysis.left_out import STALE, UNCERTAIN, UNTRACKED, LeftOut
 from worm_analysis.observables import body_angle, head_angle, polar_angle, radial_distance
 from worm_analysis.parameters import AnalysisParameters
-from worm_analysis.quantities import Evidence, quantities
+from worm_analysis.quantities import quantities
 from worm_analysis.running_median import RunningMedian
+from worm_analysis.telling import Evidence
 from worm_analysis.wall_search import WallSearch
 from worm_analysis.whereabouts import Whereabouts
 from worm_msgs_py import (
@@ -20,6 +23,7 @@ from worm_msgs_py import (
     Geometry,
     Observables,
     Quantity,
+    Status,
 )
 
 WIDTH_BIN_M = 2e-6
@@ -31,8 +35,9 @@ class Analysis:
     """Observables, events and estimates of one trial.
 
     Everything depends on the states, their order and their stamps alone. A state without a head,
-    or with a stamp that does not advance, gives its positions as far as they go and adds to no
-    estimate.
+    whose status is not `TRACKED`, whose head is less certain than `min_head_certainty`, or with a
+    stamp that does not advance, gives its positions as far as they go and adds to no estimate: it
+    is as if the head were missing in that frame. `left_out` counts them.
 
     Parameters
     ----------
@@ -51,6 +56,7 @@ class Analysis:
         self._search = WallSearch(self._parameters, NOMINAL_RADIUS_M)
         self._whereabouts = Whereabouts(self._parameters)
         self._last_ns: int | None = None
+        self.left_out = LeftOut()
 
     def set_geometry(self, geometry: Geometry) -> None:
         """Take a calibration, before the first state that rests on it."""
@@ -85,31 +91,46 @@ class Analysis:
                 f"frame {state.frame} rests on geometry {state.geometry}, which has not come: "
                 "call set_geometry first"
             )
-        self._widths.push(state.width_m)
-        advances = self._last_ns is None or state.stamp_ns > self._last_ns
-        if advances:
+        reason = self._reason_against(state)
+        self.left_out.count(reason)
+        if reason != STALE:
             self._last_ns = state.stamp_ns
-            self._body.push(state.stamp_ns, state.length_m, state.width_m)
+            if state.status is Status.TRACKED:
+                self._widths.push(state.width_m)
+                self._body.push(state.stamp_ns, state.length_m, state.width_m)
         geometry = self._geometries.get(state.geometry)
         chamber = _chamber_of(state, geometry)
         if geometry is None or chamber is None:
             return Observables(state.frame, state.stamp_ns, state.where), []
         if geometry is not self._geometry:
             self._adopt(geometry)
-        if state.head.x_m != state.head.x_m or not advances:
-            return self._positions(state, nan), []
+        if reason or state.head.x_m != state.head.x_m:
+            return self._positions(state), []
         return self._follow(state, geometry, chamber)
+
+    def _reason_against(self, state: BodyState) -> str:
+        """Say why a state cannot count; empty where it can."""
+        if self._last_ns is not None and state.stamp_ns <= self._last_ns:
+            return STALE
+        if state.status is not Status.TRACKED or state.head.u_px != state.head.u_px:
+            return UNTRACKED
+        if state.head_certainty < self._parameters.min_head_certainty:
+            return UNCERTAIN
+        return ""
 
     def finish(self) -> list[Event]:
         """End the trial; return what was still open, cut short."""
-        return [*self._search.break_off(), *self._whereabouts.finish()]
+        closed = [item.episode for item in self._search.finish()]
+        return [*closed, *self._whereabouts.finish()]
 
     def correlation(self) -> Correlation:
         """Return C_θ(t) so far."""
+        self._search.settle()
         return self._search.correlation.result(self._parameters.minimum_n)
 
     def distributions(self) -> list[Distribution]:
-        """Return P(r), P(ψ), and those of d_c, d_nc, Δr_h and x_p so far."""
+        """Return P(r), P(ψ), and those of d_c, d_nc, Δr_h, x_p, τ_h and θ_h⁰ so far."""
+        self._search.settle()
         return [
             *self._search.frames.distributions(),
             *self._search.episodes.distributions(),
@@ -118,18 +139,21 @@ class Analysis:
 
     def summary(self) -> list[Quantity]:
         """Return every number of the trial so far, each with its interval and n."""
+        self._search.settle()
         evidence = Evidence(
             parameters=self._parameters,
             search=self._search,
             passages=self._whereabouts.sums,
             skips=self._whereabouts.skips,
             body=self._body,
+            left_out=self.left_out,
         )
         if self._geometry is not None:
             chamber = self._geometry.chambers[0]
             evidence = replace(
                 evidence,
                 has_chamber=True,
+                radius_m=chamber.radius_m,
                 exit_width_m=chamber.exit_width_m,
                 depth_m=self._geometry.depth_m,
                 px_per_m=chamber.px_per_m,
@@ -151,58 +175,67 @@ class Analysis:
         passages = self._whereabouts.push(
             state, geometry, self._parameters.contact_factor * width_m
         )
-        events: list[Event] = []
+        closed: list[ClosedEpisode] = []
         if self._whereabouts.visit != visit:
-            events += self._search.break_off()
+            closed += self._search.break_off()
         elif self._whereabouts.away:
-            events += self._search.end_contact()
+            closed += self._search.end_contact()
         theta_rad = self._unwrap(state)
-        if not self._whereabouts.searching:
-            return self._positions(state, theta_rad), events + passages
-        head_m = (state.head.x_m, state.head.y_m)
-        theta_dot, contact, closed = self._search.move(
-            chamber.name,
-            state.stamp_ns,
-            theta_rad,
-            float(radial_distance(*head_m)),
-            head_m,
-            width_m,
-        )
-        observables = self._positions(state, theta_rad, theta_dot, contact)
-        self._search.count(observables, state.length_m)
-        self._whereabouts.observe(state.stamp_ns, theta_rad, contact)
-        return observables, events + closed + passages
+        observables = self._positions(state, theta_rad)
+        if self._whereabouts.searching:
+            theta_dot, contact, ended = self._search.move(
+                chamber.name,
+                state.stamp_ns,
+                theta_rad,
+                observables.r_h_m,
+                (state.head.x_m, state.head.y_m),
+                width_m,
+            )
+            closed += ended
+            observables = self._moving(observables, theta_dot, contact)
+            self._search.count(observables, width_m)
+            self._whereabouts.observe(state.stamp_ns, theta_rad, contact, ended)
+        return observables, [*(item.episode for item in closed), *passages]
 
     def _unwrap(self, state: BodyState) -> float:
         here = (state.frame_id, self._whereabouts.visit)
         if here != self._unwrapped_in:
             self._unwrapped.reset()
             self._unwrapped_in = here
-        return self._unwrapped.push(float(polar_angle(state.head.x_m, state.head.y_m)))
+        return self._unwrapped.push(polar_angle(state.head.x_m, state.head.y_m))
 
-    def _positions(
-        self,
-        state: BodyState,
-        theta_rad: float,
-        theta_dot_rad_s: float = nan,
-        contact: bool | None = None,
-    ) -> Observables:
-        """Return the observables of a frame; only θ and what follows from it needs the past."""
+    @staticmethod
+    def _positions(state: BodyState, theta_rad: float = nan) -> Observables:
+        """Return what a frame says by itself."""
         head, centroid, tail = state.head, state.centroid, state.tail
         x, y = head.x_m, head.y_m
         return Observables(
-            frame=state.frame,
-            stamp_ns=state.stamp_ns,
-            where=state.where,
-            r_h_m=float(radial_distance(x, y)),
-            r_c_m=float(radial_distance(centroid.x_m, centroid.y_m)),
-            r_t_m=float(radial_distance(tail.x_m, tail.y_m)),
-            theta_h_rad=theta_rad,
-            psi_b_rad=float(body_angle(x, y, centroid.x_m, centroid.y_m)),
-            psi_h_rad=float(head_angle(x, y, head.yaw_rad)),
-            theta_dot_rad_s=theta_dot_rad_s,
-            v_b_m_s=self._search.radius_m * theta_dot_rad_s,
-            contact=contact,
+            state.frame,
+            state.stamp_ns,
+            state.where,
+            radial_distance(x, y),
+            radial_distance(centroid.x_m, centroid.y_m),
+            radial_distance(tail.x_m, tail.y_m),
+            theta_rad,
+            body_angle(x, y, centroid.x_m, centroid.y_m),
+            head_angle(x, y, head.yaw_rad),
+        )
+
+    def _moving(self, still: Observables, theta_dot: float, contact: bool | None) -> Observables:
+        """Return the observables with what only the past can tell."""
+        return Observables(
+            still.frame,
+            still.stamp_ns,
+            still.where,
+            still.r_h_m,
+            still.r_c_m,
+            still.r_t_m,
+            still.theta_h_rad,
+            still.psi_b_rad,
+            still.psi_h_rad,
+            theta_dot,
+            self._search.radius_m * theta_dot,
+            contact,
         )
 
     def _width_m(self) -> float:

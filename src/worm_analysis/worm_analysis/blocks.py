@@ -35,16 +35,12 @@ class BlockSums:
         self._rows: Floats = np.zeros((MOST_BLOCKS, size))
         self._block_ns = round(block_s * NS)
         self._start_ns: int | None = None
-        self._current: Floats = self._rows[0]
-        self._current_end_ns = 0
         self._used = 0
 
     def row(self, stamp_ns: int) -> Floats:
         """Return the block of this time, to be added to; times must not go back."""
         if self._start_ns is None:
             self._start_ns = stamp_ns
-        elif stamp_ns < self._current_end_ns:
-            return self._current
         index = (stamp_ns - self._start_ns) // self._block_ns
         while index >= MOST_BLOCKS:
             half = MOST_BLOCKS // 2
@@ -52,10 +48,54 @@ class BlockSums:
             self._rows[half:] = 0.0
             self._block_ns *= 2
             index //= 2
-        self._used = index + 1
-        self._current = self._rows[index]
-        self._current_end_ns = self._start_ns + self._used * self._block_ns
-        return self._current
+        self._used = max(self._used, index + 1)
+        row: Floats = self._rows[index]
+        return row
+
+    def add(self, stamps_ns: NDArray[np.int64], columns: NDArray[np.intp], values: Floats) -> None:
+        """Add many values at once, to the last bit as if they came one by one.
+
+        Parameters
+        ----------
+        stamps_ns : ndarray of int64, shape (m,)
+            Times; they must not go back.
+        columns : ndarray of int, shape (m, k)
+            Which element of the vector each value is added to; below 0: none.
+        values : ndarray, shape (m, k)
+            What is added.
+        """
+        done = 0
+        while done < len(stamps_ns):
+            self.row(int(stamps_ns[done]))  # makes room for it, where the blocks are full
+            assert self._start_ns is not None
+            upto = int(np.searchsorted(stamps_ns, self._start_ns + MOST_BLOCKS * self._block_ns))
+            index = (stamps_ns[done:upto] - self._start_ns) // self._block_ns
+            wanted = columns[done:upto] >= 0
+            at = (index[:, None] * self._rows.shape[1] + columns[done:upto])[wanted]
+            np.add.at(self._rows.reshape(-1), at, values[done:upto][wanted])
+            self._used = max(self._used, int(index[-1]) + 1)
+            done = upto
+
+    def add_rows(self, stamps_ns: NDArray[np.int64], rows: Floats) -> None:
+        """Add whole vectors of whole numbers, whose sums are exact in any order.
+
+        Parameters
+        ----------
+        stamps_ns : ndarray of int64, shape (m,)
+            Times; they must not go back.
+        rows : ndarray, shape (m, size)
+            A vector for each time.
+        """
+        done = 0
+        while done < len(stamps_ns):
+            self.row(int(stamps_ns[done]))
+            assert self._start_ns is not None
+            upto = int(np.searchsorted(stamps_ns, self._start_ns + MOST_BLOCKS * self._block_ns))
+            index = (stamps_ns[done:upto] - self._start_ns) // self._block_ns
+            starts = np.flatnonzero(np.diff(index, prepend=-1))
+            self._rows[index[starts]] += np.add.reduceat(rows[done:upto], starts, axis=0)
+            self._used = max(self._used, int(index[-1]) + 1)
+            done = upto
 
     def total(self) -> Floats:
         """Return the sum over all blocks, shape (size,)."""

@@ -23,12 +23,16 @@ class ClosedEpisode:
         Number of frame intervals that it spans.
     start_seen : bool
         Whether the episode before it ended where it starts; False leaves its start unknown.
+    before_rad, end_rad : float
+        θ_h in the last frame before the episode, NaN where its start was not seen, and in its end.
     """
 
     episode: Episode
     turn_rad: float
     frames: int
     start_seen: bool
+    before_rad: float = nan
+    end_rad: float = nan
 
 
 @dataclass(slots=True)
@@ -44,6 +48,7 @@ class _Run:
     incidence_rad: float = nan
     frames: int = 0
     start_seen: bool = True
+    before_rad: float = nan
 
 
 class ContactSensor:
@@ -75,18 +80,21 @@ class Approach:
         self._window_ns = round(window_s * NS)
         self._positions: deque[tuple[int, float, float]] = deque()
 
-    def push(self, stamp_ns: int, x_m: float, y_m: float) -> float:
-        """Return θ_h^i as if the head touched the wall in this frame; NaN without a past."""
-        positions = self._positions
-        while len(positions) > 1 and positions[0][0] < stamp_ns - self._window_ns:
-            positions.popleft()
-        angle = nan
-        if positions:
-            _, before_x, before_y = positions[0]
-            if (before_x, before_y) != (x_m, y_m):
-                angle = float(incidence_angle(before_x, before_y, x_m, y_m))
-        positions.append((stamp_ns, x_m, y_m))
-        return angle
+    def push(self, stamp_ns: int, x_m: float, y_m: float) -> None:
+        """Take a frame."""
+        self._positions.append((stamp_ns, x_m, y_m))
+        while len(self._positions) > 2 and self._positions[0][0] < stamp_ns - self._window_ns:
+            self._positions.popleft()
+
+    def incidence(self) -> float:
+        """Return θ_h^i as if the head touched the wall in the last frame; NaN without a past."""
+        if len(self._positions) < 2:
+            return nan
+        _, before_x, before_y = self._positions[0]
+        _, x_m, y_m = self._positions[-1]
+        if (before_x, before_y) == (x_m, y_m):
+            return nan
+        return float(incidence_angle(before_x, before_y, x_m, y_m))
 
     def reset(self) -> None:
         """Forget all positions."""
@@ -122,7 +130,7 @@ class ContactEpisodes:
         theta_rad: float,
         depth_m: float,
         contact: bool,
-        incidence_rad: float,
+        approach: Approach,
     ) -> ClosedEpisode | None:
         """Take a frame; return the episode that it ends, if it does.
 
@@ -138,8 +146,8 @@ class ContactEpisodes:
             R − r_h.
         contact : bool
             Whether the head touches the wall.
-        incidence_rad : float
-            θ_h^i, kept if a contact starts here.
+        approach : Approach
+            Gives θ_h^i if a contact starts here.
         """
         self._chamber = chamber
         kind = EpisodeKind.CONTACT if contact else EpisodeKind.FREE
@@ -153,13 +161,28 @@ class ContactEpisodes:
             return None
         if self._candidate is None:
             self._candidate = _Run(
-                kind, stamp_ns, theta_rad, stamp_ns, theta_rad, depth_m, incidence_rad
+                kind,
+                stamp_ns,
+                theta_rad,
+                stamp_ns,
+                theta_rad,
+                depth_m,
+                approach.incidence() if contact else nan,
+                before_rad=self._run.last_rad,
             )
         else:
             _extend(self._candidate, stamp_ns, theta_rad, depth_m)
         if stamp_ns - self._candidate.start_ns < self._min_ns:
             return None
         return self._close_at_candidate(self._candidate)
+
+    @property
+    def collision(self) -> tuple[int, float, float] | None:
+        """Where the current contact began: stamp, θ_h and θ_h^i; None out of contact."""
+        run = self._run
+        if run is None or run.kind is EpisodeKind.FREE:
+            return None
+        return run.start_ns, run.start_rad, run.incidence_rad
 
     def cut(self) -> ClosedEpisode | None:
         """End the episode where its last frame was: a gap, the exit or the end of the track."""
@@ -201,7 +224,7 @@ class ContactEpisodes:
             incidence_rad=run.incidence_rad if in_contact else nan,
             complete=complete,
         )
-        return ClosedEpisode(episode, turn_rad, frames, run.start_seen)
+        return ClosedEpisode(episode, turn_rad, frames, run.start_seen, run.before_rad, end_rad)
 
 
 def _extend(run: _Run, stamp_ns: int, theta_rad: float, depth_m: float) -> None:

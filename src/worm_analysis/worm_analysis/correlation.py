@@ -15,6 +15,8 @@ from worm_msgs_py import Correlation, Quantity
 Floats = NDArray[np.float64]
 
 SHORTEST_TRACK_IN_T_PER = 5.0
+CELLS_AT_ONCE = 1024
+"""Bounds the memory of the table of pairs."""
 
 
 def lag_grid(
@@ -33,7 +35,7 @@ class SignCorrelation:
 
     Time since the first frame is cut into cells of one fine step; the first frame with a direction
     stands for its cell. Pairs of cells are made within an unbroken stretch of one visit only: the
-    ring of past cells is emptied at every break. Sums are kept by blocks of time for the error.
+    past cells are forgotten at every break. Sums are kept by blocks of time for the error.
 
     Parameters
     ----------
@@ -48,9 +50,8 @@ class SignCorrelation:
         self._step_ns = round(step_s * NS)
         self._start_ns: int | None = None
         self._cell = -1
-        self._ring_size = int(lags[-1]) + 1
-        self._signs = np.zeros(self._ring_size)
-        self._known = np.zeros(self._ring_size)
+        self._memory = int(lags[-1])
+        self._past = np.zeros((2, self._memory))
         self._blocks = BlockSums(2 * len(lags))
 
     @property
@@ -58,37 +59,51 @@ class SignCorrelation:
         """The lags, s."""
         return np.asarray(self._lags * (self._step_ns / NS), dtype=np.float64)
 
-    def push(self, stamp_ns: int, speed: float) -> None:
-        """Take a frame; only the sign of `speed` counts, NaN is a frame without a direction."""
-        if speed != speed:
+    def add(self, stamps_ns: NDArray[np.int64], speed: Floats) -> None:
+        """Take frames of an unbroken stretch.
+
+        Parameters
+        ----------
+        stamps_ns : ndarray of int64, shape (m,)
+            Ascending, and later than all before.
+        speed : ndarray, shape (m,)
+            Only the signs count; NaN is a frame without a direction.
+        """
+        known = np.isfinite(speed)
+        stamps_ns, speed = stamps_ns[known], speed[known]
+        if not len(stamps_ns):
             return
         if self._start_ns is None:
-            self._start_ns = stamp_ns
-        cell = (stamp_ns - self._start_ns) // self._step_ns
-        if cell == self._cell:
-            return
-        self._forget(cell)
-        self._cell = cell
-        sign = float(speed > 0) - float(speed < 0)
-        here = cell % self._ring_size
-        self._signs[here], self._known[here] = sign, 1.0
-        past = (here - self._lags) % self._ring_size
-        n = len(self._lags)
-        sums = self._blocks.row(stamp_ns)
-        sums[:n] += sign * self._signs[past]
-        sums[n:] += self._known[past]
+            self._start_ns = int(stamps_ns[0])
+        cells = (stamps_ns - self._start_ns) // self._step_ns
+        new = np.diff(cells, prepend=self._cell) > 0
+        cells, stamps_ns, signs = cells[new], stamps_ns[new], np.sign(speed[new])
+        apart = np.flatnonzero(np.diff(cells, prepend=self._cell) > self._memory)
+        cuts = np.union1d(apart, np.arange(0, len(cells), CELLS_AT_ONCE))
+        for part in np.split(np.arange(len(cells)), cuts):
+            if len(part):
+                self._add_cells(cells[part], stamps_ns[part], signs[part])
 
     def break_off(self) -> None:
         """Say that what follows is not connected: a gap, or another visit."""
-        self._signs[:] = 0.0
-        self._known[:] = 0.0
+        self._past[:] = 0.0
 
-    def _forget(self, cell: int) -> None:
-        """Empty the cells between the last one and this one, which overwrite older ones."""
-        passed = min(cell - self._cell, self._ring_size)
-        stale = np.arange(cell - passed + 1, cell + 1) % self._ring_size
-        self._signs[stale] = 0.0
-        self._known[stale] = 0.0
+    def _add_cells(
+        self, cells: NDArray[np.int64], stamps_ns: NDArray[np.int64], signs: Floats
+    ) -> None:
+        """Pair cells with those before; rows of `_past` are signs, and 1 where there is one."""
+        first, memory = int(cells[0]), self._memory
+        dense = np.zeros((2, memory + int(cells[-1]) - first + 1))
+        missing = first - self._cell - 1
+        if missing < memory:
+            dense[:, : memory - missing] = self._past[:, missing:]
+        here = cells - first + memory
+        dense[0, here], dense[1, here] = signs, 1.0
+        before = here[:, None] - self._lags
+        pairs = np.hstack([dense[0, before] * signs[:, None], dense[1, before]])
+        self._blocks.add_rows(stamps_ns, pairs)
+        self._past = dense[:, dense.shape[1] - memory :].copy()
+        self._cell = int(cells[-1])
 
     def curve(self) -> tuple[Floats, NDArray[np.int64]]:
         """Return C_θ (NaN where there are no pairs) and the number of pairs at each lag."""

@@ -34,7 +34,7 @@ class ExitCorridor:
         if half_width_m != half_width_m:
             return cls(radius_m, nan, nan, radius_m)
         half_width_m = min(half_width_m, radius_m)
-        mouth_x_m = sqrt(radius_m**2 - half_width_m**2)
+        mouth_x_m = radius_m - sagitta(radius_m, 2 * half_width_m)
         return cls(radius_m, half_width_m, asin(half_width_m / radius_m), mouth_x_m)
 
     @property
@@ -55,3 +55,10 @@ class ExitCorridor:
         r = hypot(x_m, y_m)
         beside = r < self.radius_m + threshold_m and abs(y_m) > self.half_width_m
         return r < self.radius_m - threshold_m or beside
+
+
+def sagitta(radius_m: float, exit_width_m: float) -> float:
+    """Return how far the circle bulges over the mouth of an exit; 0 where W is not known."""
+    if exit_width_m != exit_width_m:
+        return 0.0
+    return radius_m - sqrt(radius_m**2 - min(exit_width_m / 2, radius_m) ** 2)

@@ -1,7 +1,7 @@
 """What every frame adds to: histograms of r and ψ, and the sums behind v_w, v_b and contact."""
 
 from collections.abc import Callable
-from math import nan, pi, sin
+from math import atan2, nan, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +9,11 @@ from scipy.ndimage import gaussian_filter1d
 
 from worm_analysis.blocks import BlockSums, jackknife_half_width
 from worm_analysis.distributions import bin_centres
+from worm_analysis.frame_rows import Frames
+from worm_analysis.observables import wrap_angle
+from worm_analysis.pearson import PearsonEstimate, pearson
 from worm_analysis.statistics import peak_positions
-from worm_msgs_py import Distribution, Observables
+from worm_msgs_py import Distribution
 
 Floats = NDArray[np.float64]
 Estimate = tuple[float, float | None]
@@ -28,14 +31,19 @@ _HISTOGRAMS = ("r_h", "r_c", "r_t", "psi_b", "psi_h")
 _SUMS = (
     "contact",
     "contact_known",
-    "length",
-    "length_n",
     "speed",
     "speed_n",
-    "v_sin",
-    "sin_sin",
+    "velocity",
     "directed_s",
     "turns_back",
+    "sin_psi_b",
+    "cos_psi_b",
+    "pairs",
+    "theta_dot",
+    "psi_b",
+    "theta_dot_2",
+    "psi_b_2",
+    "theta_dot_psi_b",
 )
 _SIZES = {name: RADIUS_BINS if name.startswith("r_") else ANGLE_BINS for name in _HISTOGRAMS}
 _STARTS = dict(
@@ -59,49 +67,60 @@ class FrameSums:
         self._blocks = BlockSums(_FIRST_SUM + len(_SUMS))
         self._last_sign = 0.0
 
-    def push(self, observables: Observables, length_m: float, interval_s: float) -> None:
-        """Add a frame with the head in a chamber.
-
-        Parameters
-        ----------
-        observables : Observables
-            Of the frame.
-        length_m : float
-            Length of the body; may be NaN.
-        interval_s : float
-            Time since the frame before, 0 after a break.
-        """
-        row = self._blocks.row(observables.stamp_ns)
+    def add(self, frames: Frames) -> None:
+        """Add frames with the head in a chamber."""
         scale = RADIUS_BINS_PER_R / self._radius_m
-        _count(row, "r_h", observables.r_h_m * scale)
-        _count(row, "r_c", observables.r_c_m * scale)
-        _count(row, "r_t", observables.r_t_m * scale)
-        _count(row, "psi_b", (observables.psi_b_rad + pi) * (ANGLE_BINS / (2 * pi)))
-        _count(row, "psi_h", (observables.psi_h_rad + pi) * (ANGLE_BINS / (2 * pi)))
-        if observables.contact is not None:
-            row[_AT["contact"]] += observables.contact
-            row[_AT["contact_known"]] += 1
-        if length_m == length_m:
-            row[_AT["length"]] += length_m
-            row[_AT["length_n"]] += 1
-        v = observables.v_b_m_s
-        if v == v:
-            self._add_speed(row, v, observables.psi_b_rad, interval_s)
-        else:
-            self._last_sign = 0.0
+        turn = ANGLE_BINS / (2 * pi)
+        bins = [
+            _bins("r_h", frames.r_h_m * scale),
+            _bins("r_c", frames.r_c_m * scale),
+            _bins("r_t", frames.r_t_m * scale),
+            _bins("psi_b", (frames.psi_b_rad + pi) * turn),
+            _bins("psi_h", (frames.psi_h_rad + pi) * turn),
+        ]
+        v, psi_b = frames.theta_dot_rad_s * self._radius_m, frames.psi_b_rad
+        x, y = frames.theta_dot_rad_s, psi_b
+        both = np.where(np.isfinite(x) & np.isfinite(y), 1.0, 0.0)
+        directed_s, turns_back = self._turns(v, frames.interval_s)
+        sums = [
+            frames.contact,
+            np.isfinite(frames.contact),
+            np.abs(v),
+            np.isfinite(v),
+            v,
+            directed_s,
+            turns_back,
+            np.sin(psi_b),
+            np.cos(psi_b),
+            both,
+            both * x,
+            both * y,
+            x * x * both,
+            y * y * both,
+            x * y,
+        ]
+        values = np.column_stack([np.ones((len(frames), len(bins))), *sums])
+        columns = np.empty(values.shape, dtype=np.intp)
+        columns[:, : len(bins)] = np.column_stack(bins)
+        columns[:, len(bins) :] = _FIRST_SUM + np.arange(len(sums))
+        columns[~np.isfinite(values)] = -1
+        self._blocks.add(frames.stamp_ns, columns, values)
 
-    def _add_speed(self, row: Floats, v: float, psi_b_rad: float, interval_s: float) -> None:
-        row[_AT["speed"]] += abs(v)
-        row[_AT["speed_n"]] += 1
-        if psi_b_rad == psi_b_rad:
-            s = sin(psi_b_rad)
-            row[_AT["v_sin"]] += v * s
-            row[_AT["sin_sin"]] += s * s
-        if v != 0:
-            sign = 1.0 if v > 0 else -1.0
-            row[_AT["directed_s"]] += interval_s if self._last_sign else 0.0
-            row[_AT["turns_back"]] += sign == -self._last_sign
-            self._last_sign = sign
+    def _turns(self, v: Floats, interval_s: Floats) -> tuple[Floats, Floats]:
+        """Return, a frame, the time with a direction and whether the direction has turned.
+
+        The direction before a frame is that of the last frame that moved; it is forgotten where
+        there is no speed.
+        """
+        sign = np.where(np.isfinite(v), np.sign(np.nan_to_num(v)), 0.0)
+        says = (sign != 0) | ~np.isfinite(v)  # a frame that rests says nothing
+        upto = np.maximum.accumulate(np.where(says, np.arange(len(v)), -1))
+        latest = np.where(upto >= 0, sign[upto], self._last_sign)
+        before = np.concatenate([[self._last_sign], latest[:-1]])
+        self._last_sign = float(latest[-1])
+        moves = sign != 0
+        directed_s = np.where(moves & (before != 0), interval_s, 0.0)
+        return directed_s, (moves & (sign == -before)).astype(np.float64)
 
     def total(self, name: str) -> float:
         """Return one of the sums."""
@@ -137,6 +156,23 @@ class FrameSums:
 
         return self._with_interval(estimate, [_AT[above], _AT[below]])
 
+    def correlation(self) -> PearsonEstimate:
+        """Return Pearson's correlation of θ̇_h with ψ_b (paper, Fig. 4a)."""
+        names = ("pairs", "theta_dot", "psi_b", "theta_dot_2", "psi_b_2", "theta_dot_psi_b")
+        return pearson(self._blocks, [_AT[name] for name in names])
+
+    def mean_body_angle(self) -> Estimate:
+        """Return the direction of the sum of ψ_b's unit vectors, rad."""
+        columns = [_AT["sin_psi_b"], _AT["cos_psi_b"]]
+        up, along = self._blocks.total()[columns]
+        mean = atan2(up, along)
+
+        def away(sums: Floats) -> Floats:  # from the mean, or π would be far from −π
+            angle: Floats = wrap_angle(np.arctan2(sums[:, 0], sums[:, 1]) - mean)
+            return angle
+
+        return mean, jackknife_half_width(self._blocks, away, columns)
+
     def radius_peak(self, name: str) -> Estimate:
         """Return the mode of P(r)/R, from the histogram smoothed with a Gaussian of R/50."""
         centres = bin_centres(RADIUS_EDGES)
@@ -170,12 +206,15 @@ class FrameSums:
         return value, jackknife_half_width(self._blocks, estimate, columns)
 
 
-def _count(row: Floats, name: str, position: float) -> None:
-    """Add one to the bin at a position in bins; NaN and what is out of range is left out."""
-    if 0 <= position < _SIZES[name]:
-        row[_STARTS[name] + int(position)] += 1
-    elif position == _SIZES[name] == ANGLE_BINS:
-        row[_STARTS[name] + ANGLE_BINS - 1] += 1
+def _bins(name: str, position: Floats) -> NDArray[np.intp]:
+    """Return each position's column; −1 for NaN and for what is out of range."""
+    size = _SIZES[name]
+    inside = (position >= 0) & (position < size)
+    whole = np.where(inside, position, 0.0).astype(np.intp)
+    if size == ANGLE_BINS:  # +π is in the last bin
+        inside |= position == size
+        whole[position == size] = size - 1
+    return np.where(inside, _STARTS[name] + whole, -1)
 
 
 def _columns(name: str) -> slice:

@@ -34,6 +34,8 @@ DESCRIPTIONS = {
     "body_width_m": "d_w in metres; 0.0: measured",
     "min_episode_s": "a shorter contact or excursion does not end the one around it",
     "theta_dot_window_s": "time over which the angular speed is taken",
+    "mean_window_s": "time over which v_b and psi_b are averaged for v_w",
+    "min_head_certainty": "a frame less certain of its head counts for nothing; 0.5 takes all",
     "incidence_window_s": "time before a contact over which the incidence is taken",
     "max_gap_s": "a longer time without a head ends episodes and pairs",
     "max_lag_s": "longest lag of C_theta",

@@ -1,6 +1,6 @@
 """The symbols of the paper as functions of positions: for one frame, or for arrays of frames."""
 
-from math import pi
+from math import atan2, hypot, pi
 from typing import TypeVar
 
 import numpy as np
@@ -22,12 +22,16 @@ def radial_distance(x_m: Real, y_m: Real) -> Real:
     x_m, y_m : float or ndarray
         Coordinates in the chamber's frame (origin at its centre), m.
     """
+    if isinstance(x_m, float):  # ten times as fast as an array of one
+        return hypot(x_m, y_m)
     distance: Real = np.hypot(x_m, y_m)
     return distance
 
 
 def polar_angle(x_m: Real, y_m: Real) -> Real:
     """Return θ in [−π, π], counter-clockwise from the middle of the exit (paper, Fig. 1a)."""
+    if isinstance(x_m, float):
+        return atan2(y_m, x_m)
     angle: Real = np.arctan2(y_m, x_m)
     return angle
 
@@ -47,15 +51,13 @@ def body_angle(head_x_m: Real, head_y_m: Real, centroid_x_m: Real, centroid_y_m:
         counter-clockwise positive: ψ_b > 0 ⇔ the body points counter-clockwise along the wall, so
         that v_b = v_w sin ψ_b with v_w > 0 (paper, Fig. 4c).
     """
-    direction: Real = np.arctan2(head_y_m - centroid_y_m, head_x_m - centroid_x_m)
-    normal: Real = np.arctan2(head_y_m, head_x_m)
-    return wrap_angle(direction - normal)
+    direction = polar_angle(head_x_m - centroid_x_m, head_y_m - centroid_y_m)
+    return wrap_angle(direction - polar_angle(head_x_m, head_y_m))
 
 
 def head_angle(head_x_m: Real, head_y_m: Real, head_yaw_rad: Real) -> Real:
     """Return ψ_h in (−π, π]: as `body_angle`, with the head's own direction."""
-    normal: Real = np.arctan2(head_y_m, head_x_m)
-    return wrap_angle(head_yaw_rad - normal)
+    return wrap_angle(head_yaw_rad - polar_angle(head_x_m, head_y_m))
 
 
 def incidence_angle(

@@ -21,6 +21,7 @@ PAPER = {
 PAPER_BY_EXIT_MM = {
     "beta": {0.5: 0.60, 1.0: 0.50, 3.0: 0.42, 5.0: 0.36},
     "failures_in_elongation": {0.5: 0.93, 1.0: 0.87, 3.0: 0.53},
+    "failures_touching_in_elongation": {0.5: 0.93, 1.0: 0.87, 3.0: 0.53},
     "failures_without_contact": {0.5: 0.02, 3.0: 0.20},
 }
 """Those that it gives for a W."""

@@ -22,6 +22,11 @@ class AnalysisParameters:
         frame counts, as in the paper.
     theta_dot_window_s : float
         Δt of θ̇_h = Δθ_h/Δt (paper: 1 s).
+    mean_window_s : float
+        v_b and ψ_b are averaged over this time for v_b = v_w sin⟨ψ_b⟩: longer than a stroke, short
+        beside t_per.
+    min_head_certainty : float
+        A frame less certain of which end is the head than this counts for nothing: 0.5 takes all.
     incidence_window_s : float
         The head's displacement over this time before a contact gives θ_h^i; one frame at least.
     max_gap_s : float
@@ -50,6 +55,8 @@ class AnalysisParameters:
     body_width_m: float | None = None
     min_episode_s: float = 0.0
     theta_dot_window_s: float = 1.0
+    mean_window_s: float = 5.0
+    min_head_certainty: float = 0.9
     incidence_window_s: float = 0.1
     max_gap_s: float = 0.5
     max_lag_s: float = 120.0
@@ -64,6 +71,7 @@ class AnalysisParameters:
         positive = (
             "contact_factor",
             "theta_dot_window_s",
+            "mean_window_s",
             "incidence_window_s",
             "max_gap_s",
             "max_lag_s",
@@ -79,6 +87,10 @@ class AnalysisParameters:
         if self.body_width_m is not None and not 0 < self.body_width_m < 0.01:
             raise ValueError(
                 f"body_width_m is {self.body_width_m}: give metres, such as 0.0004, or nothing"
+            )
+        if not 0.5 <= self.min_head_certainty <= 1:
+            raise ValueError(
+                f"min_head_certainty is {self.min_head_certainty}: give a probability from 0.5 to 1"
             )
         if self.release_factor < self.contact_factor:
             raise ValueError(

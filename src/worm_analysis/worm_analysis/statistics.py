@@ -4,7 +4,6 @@ from math import expm1, isfinite, log, log1p
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
 from scipy.special import betaincinv, chdtri
 
 Floats = NDArray[np.float64]
@@ -114,56 +113,6 @@ def peak_positions(smoothed: Floats, centres: Floats) -> Floats:
     bend = left - 2 * middle + right
     shift = np.divide(left - right, 2 * bend, out=np.zeros(len(rows)), where=bend < 0)
     return np.where(inside, centres[top] + shift * (centres[1] - centres[0]), np.nan)
-
-
-def decay_over_constant(edges: Floats, counts: NDArray[np.int64]) -> Estimate:
-    """Return β of α·exp(−βx) + constant by maximum likelihood from a histogram (paper, Fig. 9).
-
-    The constant is a second way to turn back, equally probable at any depth. The interval is where
-    the likelihood, maximal over the constant, is within 1.92 of its maximum.
-
-    Parameters
-    ----------
-    edges : ndarray, shape (n + 1,)
-        Bin edges from 0.
-    counts : ndarray of int64, shape (n,)
-        Items in each bin.
-
-    Returns
-    -------
-    (float, float, float)
-        In 1/unit of the edges; NaN for an end of the interval that the data do not bound.
-    """
-    span = float(edges[-1])
-    even = np.diff(edges) / span
-
-    def loss(log_beta: float) -> float:
-        fall = np.exp(-np.exp(log_beta) * edges)
-        decaying = (fall[:-1] - fall[1:]) / (1 - fall[-1])
-
-        def of_share(share: float) -> float:
-            chance = (1 - share) * decaying + share * even
-            return -float(np.sum(counts * np.log(np.maximum(chance, 1e-300))))
-
-        best = minimize_scalar(of_share, bounds=(0.0, 0.9), method="bounded")
-        return float(min(best.fun, of_share(0.0)))
-
-    grid = np.linspace(log(0.3 / span), log(3 / float(edges[1])), 40)
-    losses = np.array([loss(value) for value in grid])
-    at = int(np.clip(np.argmin(losses), 1, len(grid) - 2))
-    found = minimize_scalar(loss, bounds=(grid[at - 1], grid[at + 1]), method="bounded")
-    best, least = float(found.x), float(found.fun)
-
-    def bound(side: NDArray[np.intp]) -> float:
-        for index in side:
-            if losses[index] - least > 1.92:
-                root = brentq(lambda value: loss(value) - least - 1.92, best, float(grid[index]))
-                return float(np.exp(root))
-        return float("nan")
-
-    below = np.flatnonzero(grid < best)[::-1]
-    above = np.flatnonzero(grid > best)
-    return float(np.exp(best)), bound(below), bound(above)
 
 
 def finite_or_none(value: float) -> float | None:

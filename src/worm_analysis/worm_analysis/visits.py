@@ -1,7 +1,7 @@
 """Stays in a chamber: the first touch of the wall, the finding of the exit, and the skips."""
 
 from dataclasses import dataclass
-from math import floor, nan, pi
+from math import ceil, floor, nan, pi
 
 from worm_analysis.angular_motion import NS
 from worm_analysis.observables import wrap_angle
@@ -34,7 +34,6 @@ class Visits:
     def __init__(self) -> None:
         self._stay: _Stay | None = None
         self._left = False
-        self._skips = SkipCounter()
         self.number = 0
         self.skips = 0
 
@@ -57,34 +56,29 @@ class Visits:
         self.number += 1
         return ended
 
-    def search(
-        self, stamp_ns: int, theta_rad: float, contact: bool | None, half_arc_rad: float
-    ) -> None:
-        """Take a frame with the head in the chamber.
-
-        Parameters
-        ----------
-        stamp_ns : int
-            The frame's stamp.
-        theta_rad : float
-            θ_h, unwrapped.
-        contact : bool or None
-            Whether the head touches the wall.
-        half_arc_rad : float
-            Half of the exit's arc; NaN where there is no exit.
-        """
+    def touch(self, stamp_ns: int, theta_rad: float) -> None:
+        """Take a frame in which the head touches the wall; θ_h may be unwrapped."""
         stay = self._stay
         assert stay is not None
-        if contact and stay.first_contact_ns is None and not stay.found:
+        if stay.first_contact_ns is None and not stay.found:
             stay.first_contact_ns = stamp_ns
             stay.theta_h0_rad = wrap_angle(theta_rad)
-        if self._skips.push(theta_rad, contact, half_arc_rad):
-            self.skips += 1
-            stay.skips += 0 if stay.found else 1
+
+    def hop(self, before_rad: float, end_rad: float, half_arc_rad: float) -> None:
+        """Take an excursion that began and ended at the wall; see `exits_passed`.
+
+        Only such an excursion is a hop in the sense of d_nc and of the boundary walk: a head that
+        comes from the wall on one side of the exit and goes back to the wall on the other side,
+        without having entered, has skipped the exit, however far from the wall it was meanwhile. A
+        head that crosses θ = 0 and turns back before it touches the wall has not.
+        """
+        passed = exits_passed(before_rad, end_rad, half_arc_rad)
+        self.skips += passed
+        if self._stay is not None and not self._stay.found:
+            self._stay.skips += passed
 
     def lose(self) -> None:
         """Say that frames are missing: what the head did meanwhile is not known."""
-        self._skips.reset()
         self._left = False
 
     def pass_through(self) -> None:
@@ -93,7 +87,6 @@ class Visits:
 
     def find_exit(self, stamp_ns: int) -> Visit | None:
         """Say that the head has entered the exit; return the visit if it is the first time."""
-        self._skips.reset()
         stay = self._stay
         if stay is None or stay.found:
             return None
@@ -109,7 +102,6 @@ class Visits:
         """End an open visit where its last frame was."""
         stay = self._stay
         self._stay = None
-        self._skips.reset()
         if stay is None or stay.found:
             return None
         return _visit(stay, stay.last_ns, complete=False)
@@ -131,35 +123,23 @@ def _visit(stay: _Stay, end_ns: int, *, complete: bool) -> Visit:
     )
 
 
-class SkipCounter:
-    """Sees the head pass the exit's arc from one side to the other without touching the wall."""
+def exits_passed(before_rad: float, end_rad: float, half_arc_rad: float) -> int:
+    """Return how many times the way from one place at the wall to another goes over the exit.
 
-    def __init__(self) -> None:
-        self.reset()
+    Parameters
+    ----------
+    before_rad, end_rad : float
+        θ_h, unwrapped, where the head left the wall and where it came back to it.
+    half_arc_rad : float
+        Half of the exit's arc; NaN where there is no exit.
 
-    def reset(self) -> None:
-        """Forget on which side the head is."""
-        self._side: int | None = None
-        self._touched_outside = False
-        self._inside = 0
-        self._touched_inside = False
-
-    def push(self, theta_rad: float, contact: bool | None, half_arc_rad: float) -> bool:
-        """Take a frame; return whether the head has now passed the exit out of contact.
-
-        Between the frames before and after the arc, those inside it must all be out of contact;
-        where there are none, one of the two must be.
-        """
-        if contact is None or half_arc_rad != half_arc_rad:
-            self.reset()
-            return False
-        if abs(wrap_angle(theta_rad)) <= half_arc_rad:
-            self._inside += 1
-            self._touched_inside |= contact
-            return False
-        side = floor(theta_rad / (2 * pi))
-        passed = self._side is not None and side != self._side
-        in_touch = self._touched_outside and contact if self._inside == 0 else self._touched_inside
-        self._side, self._touched_outside = side, contact
-        self._inside, self._touched_inside = 0, False
-        return passed and not in_touch
+    Returns
+    -------
+    int
+        How many times the whole arc lies between the two.
+    """
+    if half_arc_rad != half_arc_rad or before_rad != before_rad:
+        return 0
+    low, high = min(before_rad, end_rad), max(before_rad, end_rad)
+    turn = 2 * pi
+    return max(0, floor((high - half_arc_rad) / turn) - ceil((low + half_arc_rad) / turn) + 1)

@@ -1,16 +1,25 @@
 """The head's search along a chamber's wall: motion, contact, episodes, C_θ and their sums."""
 
+from math import nan
+
 from worm_analysis.angular_motion import NS, AngularSpeed
+from worm_analysis.collisions import Collisions
 from worm_analysis.contacts import Approach, ClosedEpisode, ContactEpisodes, ContactSensor
 from worm_analysis.correlation import SignCorrelation, lag_grid
 from worm_analysis.episode_sums import EpisodeSums
+from worm_analysis.frame_rows import FrameRows, Frames
 from worm_analysis.frame_sums import FrameSums
 from worm_analysis.parameters import AnalysisParameters
-from worm_msgs_py import Episode, Observables
+from worm_analysis.sensitivity import Sensitivity, other_rules
+from worm_analysis.speed_law import SpeedLaw
+from worm_msgs_py import EpisodeKind, Observables
 
 
 class WallSearch:
     """Takes the frames in which the head is in a chamber and not in its exit.
+
+    Frames are gathered and handed on a thousand at a time; `settle` hands on what is there, and
+    must be called before the sums are read.
 
     Parameters
     ----------
@@ -27,8 +36,14 @@ class WallSearch:
         C_θ(t).
     frames : FrameSums
         Statistics of frames.
+    speed_law : SpeedLaw
+        v_w.
+    collisions : Collisions
+        θ̇_h against θ_h^i.
     episodes : EpisodeSums
         Statistics of contacts and excursions.
+    sensitivity : Sensitivity
+        d_c and d_nc under other rules of contact.
     observed_s : float
         Time in a chamber, breaks left out.
     """
@@ -40,6 +55,8 @@ class WallSearch:
         self._approach = Approach(parameters.incidence_window_s)
         self._contacts = ContactEpisodes(radius_m, parameters.min_episode_s)
         self._speed = AngularSpeed(parameters.theta_dot_window_s)
+        self._rows = FrameRows()
+        self._stretch = self._approaches = 0
         self._last_ns: int | None = None
         self._interval_s = 0.0
         self.correlation = SignCorrelation(
@@ -51,8 +68,12 @@ class WallSearch:
             ),
             parameters.fine_step_s,
         )
+        self._stretch_correlated = 0
         self.frames = FrameSums(radius_m)
-        self.episodes = EpisodeSums()
+        self.speed_law = SpeedLaw(radius_m, parameters.mean_window_s)
+        self.collisions = Collisions(parameters.theta_dot_window_s)
+        self.episodes = EpisodeSums(radius_m)
+        self.sensitivity = Sensitivity(other_rules(parameters), radius_m)
         self.observed_s = 0.0
 
     def move(
@@ -63,7 +84,7 @@ class WallSearch:
         r_h_m: float,
         head_m: tuple[float, float],
         width_m: float,
-    ) -> tuple[float, bool | None, list[Episode]]:
+    ) -> tuple[float, bool | None, list[ClosedEpisode]]:
         """Take the head's position in a frame.
 
         Parameters
@@ -85,27 +106,65 @@ class WallSearch:
             θ̇_h; NaN where it cannot be had.
         contact : bool or None
             Whether the head touches the wall; None where it cannot be told.
-        closed : list of Episode
+        closed : list of ClosedEpisode
             What this frame ends.
         """
         closed = self._heed_gap(stamp_ns)
         theta_dot = self._speed.push(stamp_ns, theta_rad)
-        self.correlation.push(stamp_ns, theta_dot)
         depth_m = self.radius_m - r_h_m
-        incidence = self._approach.push(stamp_ns, *head_m)
+        self._approach.push(stamp_ns, *head_m)
         contact = self._sensor.push(depth_m, width_m)
         if contact is not None:
-            closed += self._keep(
-                self._contacts.push(chamber, stamp_ns, theta_rad, depth_m, contact, incidence)
+            ended = self._contacts.push(
+                chamber, stamp_ns, theta_rad, depth_m, contact, self._approach
             )
+            if ended is not None:
+                closed += self._keep(ended)
+                if ended.episode.kind is EpisodeKind.FREE and self._contacts.collision:
+                    self.collisions.begin(*self._contacts.collision)
+        self.collisions.follow(stamp_ns, theta_rad)
         return theta_dot, contact, closed
 
-    def count(self, observables: Observables, length_m: float) -> None:
+    def count(self, observables: Observables, width_m: float) -> None:
         """Add the frame that was last moved to, now that all of it is known."""
-        self.frames.push(observables, length_m, self._interval_s)
+        contact = observables.contact
+        enough = self._rows.push(
+            (observables.stamp_ns, self._stretch, self._approaches),
+            (
+                self._interval_s,
+                observables.r_h_m,
+                observables.r_c_m,
+                observables.r_t_m,
+                observables.theta_h_rad,
+                observables.theta_dot_rad_s,
+                observables.psi_b_rad,
+                observables.psi_h_rad,
+                nan if contact is None else contact,
+                (self.radius_m - observables.r_h_m) / width_m if width_m else nan,
+            ),
+        )
+        if enough:
+            self.settle()
 
-    def _heed_gap(self, stamp_ns: int) -> list[Episode]:
-        closed: list[Episode] = []
+    def settle(self) -> None:
+        """Hand on the frames that were gathered."""
+        if not len(self._rows):
+            return
+        frames = self._rows.take()
+        self.frames.add(frames)
+        self.speed_law.add(frames)
+        self.sensitivity.add(frames)
+        self._correlate(frames)
+
+    def _correlate(self, frames: Frames) -> None:
+        for part in frames.stretches():
+            if int(frames.stretch[part.start]) != self._stretch_correlated:
+                self.correlation.break_off()
+                self._stretch_correlated = int(frames.stretch[part.start])
+            self.correlation.add(frames.stamp_ns[part], frames.theta_dot_rad_s[part])
+
+    def _heed_gap(self, stamp_ns: int) -> list[ClosedEpisode]:
+        closed: list[ClosedEpisode] = []
         self._interval_s = 0.0
         if self._last_ns is not None:
             if stamp_ns - self._last_ns > self._max_gap_ns:
@@ -116,21 +175,30 @@ class WallSearch:
         self.observed_s += self._interval_s
         return closed
 
-    def end_contact(self) -> list[Episode]:
+    def end_contact(self) -> list[ClosedEpisode]:
         """Say that the head has left the wall for the exit; return what that cuts short."""
         self._sensor.reset()
         self._approach.reset()
-        return self._keep(self._contacts.cut())
+        self.collisions.break_off()
+        self._approaches += 1
+        ended = self._contacts.cut()
+        return [] if ended is None else self._keep(ended)
 
-    def break_off(self) -> list[Episode]:
+    def break_off(self) -> list[ClosedEpisode]:
         """Say that what follows is not connected: a gap, or another visit."""
         self._speed.reset()
-        self.correlation.break_off()
+        self._stretch += 1
         self._last_ns = None
         return self.end_contact()
 
-    def _keep(self, closed: ClosedEpisode | None) -> list[Episode]:
-        if closed is None:
-            return []
+    def finish(self) -> list[ClosedEpisode]:
+        """End the trial."""
+        closed = self.break_off()
+        self.settle()
+        self.speed_law.close()
+        self.sensitivity.cut()
+        return closed
+
+    def _keep(self, closed: ClosedEpisode) -> list[ClosedEpisode]:
         self.episodes.push(closed)
-        return [closed.episode]
+        return [closed]

@@ -4,11 +4,22 @@ from math import hypot, nan
 
 from worm_analysis.angular_motion import NS
 from worm_analysis.attempts import Attempts
-from worm_analysis.episode_sums import PassageSums
+from worm_analysis.contacts import ClosedEpisode
 from worm_analysis.exit_corridor import ExitCorridor
 from worm_analysis.parameters import AnalysisParameters
+from worm_analysis.passage_sums import PassageSums
 from worm_analysis.visits import Visits
-from worm_msgs_py import Attempt, BodyState, Chamber, Event, Geometry, Keypoint, Visit, Where
+from worm_msgs_py import (
+    Attempt,
+    BodyState,
+    Chamber,
+    EpisodeKind,
+    Event,
+    Geometry,
+    Keypoint,
+    Visit,
+    Where,
+)
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
 
 _CHAMBER_OF = {Where.CHAMBER_A: CHAMBER_A, Where.CHAMBER_B: CHAMBER_B}
@@ -89,9 +100,15 @@ class Whereabouts:
         self.searching = bool(head_in) and head_in == self.home and not self.away
         return events
 
-    def observe(self, stamp_ns: int, theta_rad: float, contact: bool | None) -> None:
-        """Add what only the search along the wall can tell: contact and the unwrapped θ_h."""
-        self._visits.search(stamp_ns, theta_rad, contact, self._corridor.half_arc_rad)
+    def observe(
+        self, stamp_ns: int, theta_rad: float, contact: bool | None, closed: list[ClosedEpisode]
+    ) -> None:
+        """Add what only the search along the wall can tell: contact, θ_h unwrapped, hops."""
+        if contact:
+            self._visits.touch(stamp_ns, theta_rad)
+        for item in closed:
+            if item.episode.complete and item.episode.kind is EpisodeKind.FREE:
+                self._visits.hop(item.before_rad, item.end_rad, self._corridor.half_arc_rad)
 
     def finish(self) -> list[Event]:
         """End what is open, cut short."""
