@@ -84,9 +84,10 @@ def resample(curve: Floats, count: int) -> Floats:
 
 def smooth_along(padded: Complex, sigma: float, pad: int) -> Complex:
     """Smooth a curve along itself by a Gaussian; `pad` points at either end are cut off again."""
-    size = (1, 2 * pad + 1)
-    blurred = cv2.GaussianBlur(as_points(padded), size, sigma, sigmaY=sigma)
-    return as_complex(np.asarray(blurred[pad:-pad], np.float64))
+    # As one row of pairs: as a column it would take many times as long.
+    row = padded.view(np.float64).reshape(1, -1, 2)
+    blurred = cv2.GaussianBlur(row, (2 * pad + 1, 1), sigma)
+    return blurred.reshape(-1).view(np.complex128)[pad:-pad]
 
 
 def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None) -> Rough | None:
@@ -168,10 +169,12 @@ def _ends(loop: Complex, step: int, sign: float) -> tuple[Floats, NDArray[np.int
     pad = 2 * step
     around = np.concatenate([loop[n - pad :], loop, loop[:pad]])
     chord = around[step:] - around[:-step]
-    signed = sign * np.angle(chord[step:] * chord[:-step].conj())
+    turned = chord[step:] * chord[:-step].conj()
+    signed = sign * np.arctan2(turned.imag, turned.real)
     # Past a half turn (a thin tail) the angle wraps: a sharp end is convex, never concave.
     signed[signed < -2.6] += 2 * np.pi
-    top = cv2.dilate(signed[:, None], np.ones((2 * step + 1, 1), np.uint8))[:, 0]
+    signed = signed.astype(np.float32)
+    top = cv2.dilate(signed[None], np.ones((1, 2 * step + 1), np.uint8))[0]
     turn = signed[step : step + n]
     peaks = np.flatnonzero((turn == top[step : step + n]) & (turn > 0.6))
     return turn, peaks[np.argsort(-turn[peaks], kind="stable")][:CANDIDATES]
