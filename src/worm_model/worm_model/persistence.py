@@ -4,19 +4,21 @@ Direction and phase are a Markov process of four states. By symmetry the directi
 each phase obeys two linear equations, whatever the place on the ring.
 """
 
+from cmath import sqrt
 from math import exp, nan
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import expm
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from worm_model.boundary_walk import WalkParameters
 
+_SAME = 1e-9
+"""Rates that differ by less than this, relatively, are one."""
+_STEPS = 400
 
-def direction_correlation(
-    parameters: WalkParameters, lag_s: NDArray[np.float64]
-) -> NDArray[np.float64]:
+
+def direction_correlation(parameters: WalkParameters, lag_s: ArrayLike) -> NDArray[np.float64]:
     """Return C_θ(t) of a head that goes on along the wall for ever.
 
     Parameters
@@ -32,32 +34,49 @@ def direction_correlation(
         1 at lag 0. A slide and a hop are equally frequent, so at a random time the head slides
         with probability ⟨d_c⟩ / (⟨d_c⟩ + ⟨d_nc⟩).
     """
-    generator = _generator(parameters)
-    powers = expm(generator * np.asarray(lag_s, dtype=np.float64)[:, np.newaxis, np.newaxis])
-    return np.asarray((powers @ _at_random_time(parameters)).sum(axis=1), dtype=np.float64)
+    lag = np.asarray(lag_s, dtype=np.float64)
+    slow, fast, drift = _rates(parameters)
+    gap = (slow - fast) / 2.0
+    if abs(gap) <= _SAME * abs(fast):
+        return np.asarray((np.exp(slow * lag) * (1.0 + drift * lag)).real)
+    share = (1.0 + drift / gap) / 2.0
+    return np.asarray((share * np.exp(slow * lag) + (1.0 - share) * np.exp(fast * lag)).real)
 
 
 def persistence_time_s(parameters: WalkParameters) -> float:
     """Return t_per: the time in which C_θ falls to 1/e; NaN where it never does (no reversal)."""
     if parameters.reversal <= 0.0:
         return nan
-    slowest = -float(np.linalg.eigvals(_generator(parameters)).real.max())
-    step_s = 0.01 / slowest
+    slow, fast, _ = _rates(parameters)
+    times = np.geomspace(1e-3 / abs(fast), 2.0 / -slow.real, _STEPS)
+    below = np.flatnonzero(direction_correlation(parameters, times) < exp(-1.0))
+    first = int(below[0])
+    found = brentq(
+        lambda lag_s: float(direction_correlation(parameters, lag_s)) - exp(-1.0),
+        times[first - 1] if first else 0.0,
+        times[first],
+        rtol=1e-12,
+    )
+    return float(found)
 
-    def excess(lag_s: float) -> float:
-        return float(direction_correlation(parameters, np.array([lag_s]))[0]) - exp(-1.0)
 
-    return float(brentq(excess, *_first_fall(parameters, step_s), rtol=1e-12))
+def _rates(parameters: WalkParameters) -> tuple[complex, complex, float]:
+    """Return the generator's two eigenvalues, the slower first, and C_θ's slope beyond their mean.
 
-
-def _first_fall(parameters: WalkParameters, step_s: float) -> tuple[float, float]:
-    """Return two times, a few steps apart, between which C_θ first falls below 1/e."""
-    advance = expm(_generator(parameters) * step_s)
-    state, steps = _at_random_time(parameters), 0
-    while state.sum() >= exp(-1.0):
-        state, steps = advance @ state, steps + 1
-    # A step more on either side: at the edge, rounding would decide.
-    return max(steps - 2, 0) * step_s, (steps + 1) * step_s
+    With these C_θ(t) = e^{mt} (cosh gt + drift · sinh(gt)/g), where m is the eigenvalues' mean and
+    g half of their difference.
+    """
+    generator = _generator(parameters)
+    (a, b), (c, d) = generator
+    middle = (a + d) / 2.0
+    fast = middle - sqrt(((a - d) / 2.0) ** 2 + b * c)
+    # Their product is the determinant: their sum would lose the slow one to rounding.
+    kept = (1.0 - 2.0 * parameters.flip_after_slide) * (1.0 - 2.0 * parameters.flip_after_hop)
+    fade = 2.0 * parameters.flip_rate_s
+    slide_ends, hop_ends = -a - fade, -d - fade
+    determinant = slide_ends * hop_ends * (1.0 - kept) + fade * (slide_ends + hop_ends + fade)
+    drift = float((generator @ _at_random_time(parameters)).sum()) - middle
+    return determinant / fast, fast, drift
 
 
 def _at_random_time(parameters: WalkParameters) -> NDArray[np.float64]:

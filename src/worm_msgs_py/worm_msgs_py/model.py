@@ -102,7 +102,7 @@ class Forecast:
     theta_h_rad : float
         θ_h, from the middle of the exit.
     direction : float
-        1 counter-clockwise, −1 clockwise, 0 where it cannot be told: then both are weighed alike.
+        1 counter-clockwise, −1 clockwise; NaN where it cannot be told: then there is no forecast.
     contact : float
         1 sliding, 0 hopping.
     median_s, low_s, high_s : float
