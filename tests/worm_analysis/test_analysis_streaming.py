@@ -30,7 +30,7 @@ def column(rows, name):
     return np.array([getattr(row, name) for row in rows], dtype=float)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(seeds)
 @example(0)
 def test_observables_equal_the_plain_computation(seed):
@@ -48,7 +48,7 @@ def test_observables_equal_the_plain_computation(seed):
     np.testing.assert_array_equal(column(rows, "contact"), offline.contact)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(seeds)
 def test_episodes_equal_the_plain_computation(seed):
     track = rough_track(seed)
@@ -67,7 +67,7 @@ def test_episodes_equal_the_plain_computation(seed):
         assert event.delta_r_m == pytest.approx(item["depth"], abs=1e-9, nan_ok=True)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(seeds)
 def test_correlation_and_speed_law_equal_the_plain_computation(seed):
     track = rough_track(seed)
@@ -83,7 +83,7 @@ def test_correlation_and_speed_law_equal_the_plain_computation(seed):
         assert law.speed()[0] == pytest.approx((v @ s) / (s @ s), abs=1e-9)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(seeds)
 def test_what_goes_with_the_speed_equals_the_plain_computation(seed):
     track = rough_track(seed)
@@ -111,7 +111,7 @@ def test_what_goes_with_the_speed_equals_the_plain_computation(seed):
         assert search.frames.mean_body_angle()[0] == pytest.approx(mean, abs=1e-9)
 
 
-@settings(max_examples=30)
+@settings(max_examples=12)
 @given(seeds, st.sampled_from([1, 7, 1024]))
 def test_lengths_under_every_rule_of_contact_equal_the_plain_computation(seed, at_once):
     """Also however the frames are bunched on their way to the sums."""
@@ -135,7 +135,7 @@ def test_lengths_under_every_rule_of_contact_equal_the_plain_computation(seed, a
                 assert (n, excess) == pytest.approx(expected, abs=1e-9), rule.label
 
 
-@settings(max_examples=30)
+@settings(max_examples=25)
 @given(seeds)
 def test_skips_and_what_is_left_out_equal_the_plain_computation(seed):
     track = rough_track(seed)

@@ -86,7 +86,8 @@ class Analysis:
         ValueError
             Where the geometry that the state rests on was not given.
         """
-        if not self.knows(state.geometry):
+        geometry = self._geometries.get(state.geometry)
+        if geometry is None and state.geometry != 0:
             raise ValueError(
                 f"frame {state.frame} rests on geometry {state.geometry}, which has not come: "
                 "call set_geometry first"
@@ -98,14 +99,13 @@ class Analysis:
             if state.status is Status.TRACKED:
                 self._widths.push(state.width_m)
                 self._body.push(state.stamp_ns, state.length_m, state.width_m)
-        geometry = self._geometries.get(state.geometry)
         chamber = _chamber_of(state, geometry)
         if geometry is None or chamber is None:
             return Observables(state.frame, state.stamp_ns, state.where), []
         if geometry is not self._geometry:
             self._adopt(geometry)
         if reason or state.head.x_m != state.head.x_m:
-            return self._positions(state), []
+            return _observables(state), []
         return self._follow(state, geometry, chamber)
 
     def _reason_against(self, state: BodyState) -> str:
@@ -140,6 +140,7 @@ class Analysis:
     def summary(self) -> list[Quantity]:
         """Return every number of the trial so far, each with its interval and n."""
         self._search.settle()
+        self._body.settle()
         evidence = Evidence(
             parameters=self._parameters,
             search=self._search,
@@ -181,20 +182,24 @@ class Analysis:
         elif self._whereabouts.away:
             closed += self._search.end_contact()
         theta_rad = self._unwrap(state)
-        observables = self._positions(state, theta_rad)
-        if self._whereabouts.searching:
-            theta_dot, contact, ended = self._search.move(
-                chamber.name,
-                state.stamp_ns,
-                theta_rad,
-                observables.r_h_m,
-                (state.head.x_m, state.head.y_m),
-                width_m,
-            )
-            closed += ended
-            observables = self._moving(observables, theta_dot, contact)
-            self._search.count(observables, width_m)
+        if not self._whereabouts.searching:
+            still = _observables(state, theta_rad)
+            return still, [*(item.episode for item in closed), *passages]
+        head = state.head
+        theta_dot, contact, ended = self._search.move(
+            chamber.name,
+            state.stamp_ns,
+            theta_rad,
+            radial_distance(head.x_m, head.y_m),
+            (head.x_m, head.y_m),
+            width_m,
+        )
+        v_b_m_s = self._search.radius_m * theta_dot
+        observables = _observables(state, theta_rad, theta_dot, v_b_m_s, contact)
+        self._search.count(observables, width_m)
+        if contact or ended:
             self._whereabouts.observe(state.stamp_ns, theta_rad, contact, ended)
+        closed += ended
         return observables, [*(item.episode for item in closed), *passages]
 
     def _unwrap(self, state: BodyState) -> float:
@@ -203,40 +208,6 @@ class Analysis:
             self._unwrapped.reset()
             self._unwrapped_in = here
         return self._unwrapped.push(polar_angle(state.head.x_m, state.head.y_m))
-
-    @staticmethod
-    def _positions(state: BodyState, theta_rad: float = nan) -> Observables:
-        """Return what a frame says by itself."""
-        head, centroid, tail = state.head, state.centroid, state.tail
-        x, y = head.x_m, head.y_m
-        return Observables(
-            state.frame,
-            state.stamp_ns,
-            state.where,
-            radial_distance(x, y),
-            radial_distance(centroid.x_m, centroid.y_m),
-            radial_distance(tail.x_m, tail.y_m),
-            theta_rad,
-            body_angle(x, y, centroid.x_m, centroid.y_m),
-            head_angle(x, y, head.yaw_rad),
-        )
-
-    def _moving(self, still: Observables, theta_dot: float, contact: bool | None) -> Observables:
-        """Return the observables with what only the past can tell."""
-        return Observables(
-            still.frame,
-            still.stamp_ns,
-            still.where,
-            still.r_h_m,
-            still.r_c_m,
-            still.r_t_m,
-            still.theta_h_rad,
-            still.psi_b_rad,
-            still.psi_h_rad,
-            theta_dot,
-            self._search.radius_m * theta_dot,
-            contact,
-        )
 
     def _width_m(self) -> float:
         given = self._parameters.body_width_m
@@ -249,3 +220,29 @@ def _chamber_of(state: BodyState, geometry: Geometry | None) -> Chamber | None:
         if chamber.name == state.frame_id:
             return chamber
     return None
+
+
+def _observables(
+    state: BodyState,
+    theta_rad: float = nan,
+    theta_dot_rad_s: float = nan,
+    v_b_m_s: float = nan,
+    contact: bool | None = None,
+) -> Observables:
+    """Return a frame's observables; what follows θ needs the past and is given."""
+    head, centroid, tail = state.head, state.centroid, state.tail
+    x, y = head.x_m, head.y_m
+    return Observables(
+        state.frame,
+        state.stamp_ns,
+        state.where,
+        radial_distance(x, y),
+        radial_distance(centroid.x_m, centroid.y_m),
+        radial_distance(tail.x_m, tail.y_m),
+        theta_rad,
+        body_angle(x, y, centroid.x_m, centroid.y_m),
+        head_angle(x, y, head.yaw_rad),
+        theta_dot_rad_s,
+        v_b_m_s,
+        contact,
+    )

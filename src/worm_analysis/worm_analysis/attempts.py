@@ -75,7 +75,7 @@ class Attempts:
         in_passage : bool
             Whether the tracker sees the head in the passage.
         """
-        self._keep_length(stamp_ns, length_m)
+        self.keep_length(stamp_ns, length_m)
         entry = self._entry
         if entry is None:
             if not (corridor.holds(*head_m) if corridor.is_known else in_passage):
@@ -114,7 +114,8 @@ class Attempts:
             complete=complete,
         )
 
-    def _keep_length(self, stamp_ns: int, length_m: float) -> None:
+    def keep_length(self, stamp_ns: int, length_m: float) -> None:
+        """Take the body's length in a frame, NaN where there is none, for the stroke's phase."""
         if length_m == length_m:
             self._lengths.append((stamp_ns, length_m))
         while self._lengths and self._lengths[0][0] < stamp_ns - self._window_ns:

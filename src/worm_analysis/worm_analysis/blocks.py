@@ -103,7 +103,7 @@ class BlockSums:
         return total
 
     def levels(self, columns: Columns = EVERY) -> Iterator[Floats]:
-        """Yield the blocks, then pairs of them, and so on, while there are at least eight.
+        """Yield the blocks, at most 64, then pairs of them, and so on, down to eight.
 
         Parameters
         ----------
@@ -117,10 +117,11 @@ class BlockSums:
         """
         rows = self._rows[: self._used, columns]
         while True:
-            filled = rows[np.any(rows != 0.0, axis=1)]
-            if len(filled) < FEWEST_BLOCKS:
-                return
-            yield filled
+            if len(rows) <= MOST_BLOCKS // 2:
+                filled = rows[rows.any(axis=1)]
+                if len(filled) < FEWEST_BLOCKS:
+                    return
+                yield filled
             if len(rows) % 2:
                 rows = np.vstack([rows, np.zeros_like(rows[:1])])
             rows = rows[0::2] + rows[1::2]
@@ -154,13 +155,33 @@ def jackknife_half_width(
     float or None
         None where there are fewer than eight blocks, or an estimate without one of them is NaN.
     """
-    widest: float | None = None
+
+    def column(sums: Floats) -> Floats:
+        return estimate(sums)[:, None]
+
+    half = float(jackknife_half_widths(blocks, column, 1, columns, level)[0])
+    return half if np.isfinite(half) else None
+
+
+def jackknife_half_widths(
+    blocks: BlockSums,
+    estimate: Callable[[Floats], Floats],
+    n_estimates: int,
+    columns: Columns = EVERY,
+    level: float = 0.95,
+) -> Floats:
+    """Return the half widths of several estimates from the same sums, shape (n_estimates,).
+
+    As `jackknife_half_width`, with an `estimate` that maps sums of shape (m, columns) to estimates
+    of shape (m, n_estimates); NaN in place of None.
+    """
+    widest: Floats = np.full(n_estimates, np.nan)
+    unknown = np.zeros(n_estimates, dtype=np.bool_)
     for rows in blocks.levels(columns):
         left_out = estimate(rows.sum(axis=0) - rows)
         k = len(rows)
-        error = float(np.sqrt((k - 1) / k * np.sum((left_out - left_out.mean()) ** 2)))
-        if not np.isfinite(error):
-            return None
-        half = float(stdtrit(k - 1, (1 + level) / 2)) * error
-        widest = half if widest is None else max(widest, half)
+        error = np.sqrt((k - 1) / k * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))
+        unknown |= ~np.isfinite(error)
+        widest = np.fmax(widest, float(stdtrit(k - 1, (1 + level) / 2)) * error)
+    widest[unknown] = np.nan
     return widest

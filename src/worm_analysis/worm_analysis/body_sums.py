@@ -12,6 +12,7 @@ Floats = NDArray[np.float64]
 WIDTH_BIN_M = 5e-6
 LENGTH_BIN_M = 1e-4
 BINS = 400
+AT_ONCE = 1024
 
 
 class BodySums:
@@ -23,14 +24,27 @@ class BodySums:
 
     def __init__(self) -> None:
         self._blocks = BlockSums(2 * BINS)
+        self._stamps: list[int] = []
+        self._sizes: list[tuple[float, float]] = []
 
     def push(self, stamp_ns: int, length_m: float, width_m: float) -> None:
         """Take a frame; NaN is left out."""
-        row = self._blocks.row(stamp_ns)
-        if length_m == length_m:
-            row[min(int(length_m / LENGTH_BIN_M), BINS - 1)] += 1
-        if width_m == width_m:
-            row[BINS + min(int(width_m / WIDTH_BIN_M), BINS - 1)] += 1
+        self._stamps.append(stamp_ns)
+        self._sizes.append((length_m, width_m))
+        if len(self._stamps) >= AT_ONCE:
+            self.settle()
+
+    def settle(self) -> None:
+        """Sum what was gathered; must be called before the sums are read."""
+        if not self._stamps:
+            return
+        bins = np.array(self._sizes) / (LENGTH_BIN_M, WIDTH_BIN_M)
+        known = np.isfinite(bins) & (bins >= 0)
+        columns = np.minimum(np.where(known, bins, 0).astype(np.intp), BINS - 1)
+        columns[:, 1] += BINS
+        stamps = np.array(self._stamps, dtype=np.int64)
+        self._blocks.add(stamps, np.where(known, columns, -1), np.ones(bins.shape))
+        self._stamps, self._sizes = [], []
 
     def length(self) -> tuple[int, float, float | None]:
         """Return the number of frames with a length, its median in m and the half interval."""

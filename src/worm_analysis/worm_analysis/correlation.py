@@ -53,6 +53,7 @@ class SignCorrelation:
         self._memory = int(lags[-1])
         self._past = np.zeros((2, self._memory))
         self._blocks = BlockSums(2 * len(lags))
+        self._known: tuple[int, int, Quantity] | None = None
 
     @property
     def lag_s(self) -> Floats:
@@ -138,6 +139,11 @@ class SignCorrelation:
             Fewest cells with a direction.
         """
         c, pairs = self.curve()
+        if self._known is None or self._known[:2] != (int(pairs[0]), minimum_n):
+            self._known = (int(pairs[0]), minimum_n, self._persistence_time(c, pairs, minimum_n))
+        return self._known[2]
+
+    def _persistence_time(self, c: Floats, pairs: NDArray[np.int64], minimum_n: int) -> Quantity:
         n, unit = int(pairs[0]), "s"
         observed_s = n * self._step_ns / NS
 

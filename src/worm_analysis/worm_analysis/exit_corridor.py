@@ -42,9 +42,13 @@ class ExitCorridor:
         """Whether an exit is in view and its width is known."""
         return self.half_width_m == self.half_width_m
 
+    def has_between_walls(self, x_m: float, y_m: float) -> bool:
+        """Whether a point is between the passage's walls, or before its mouth."""
+        return x_m > 0 and abs(y_m) <= self.half_width_m
+
     def holds(self, x_m: float, y_m: float) -> bool:
         """Whether a point is beyond the wall's circle and between the passage's walls."""
-        return x_m > 0 and abs(y_m) <= self.half_width_m and hypot(x_m, y_m) > self.radius_m
+        return self.has_between_walls(x_m, y_m) and hypot(x_m, y_m) > self.radius_m
 
     def is_left(self, x_m: float, y_m: float, threshold_m: float) -> bool:
         """Whether a head that was in the exit is back in the chamber.

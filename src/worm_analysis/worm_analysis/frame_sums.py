@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from worm_analysis.blocks import BlockSums, jackknife_half_width
+from worm_analysis.blocks import BlockSums, jackknife_half_width, jackknife_half_widths
 from worm_analysis.distributions import bin_centres
 from worm_analysis.frame_rows import Frames
 from worm_analysis.observables import wrap_angle
@@ -49,6 +49,7 @@ _SIZES = {name: RADIUS_BINS if name.startswith("r_") else ANGLE_BINS for name in
 _STARTS = dict(
     zip(_HISTOGRAMS, np.cumsum([0, *(_SIZES[name] for name in _HISTOGRAMS)])[:-1], strict=True)
 )
+_RADIUS_CENTRES, _ANGLE_CENTRES = bin_centres(RADIUS_EDGES), bin_centres(ANGLE_EDGES)
 _FIRST_SUM = sum(_SIZES.values())
 _AT = {name: _FIRST_SUM + index for index, name in enumerate(_SUMS)}
 
@@ -173,29 +174,41 @@ class FrameSums:
 
         return mean, jackknife_half_width(self._blocks, away, columns)
 
-    def radius_peak(self, name: str) -> Estimate:
-        """Return the mode of P(r)/R, from the histogram smoothed with a Gaussian of R/50."""
-        centres = bin_centres(RADIUS_EDGES)
+    def radius_peaks(self) -> tuple[Estimate, ...]:
+        """Return the modes of P(r)/R of head, centroid and tail.
+
+        From the histograms smoothed with a Gaussian of R/50.
+        """
 
         def estimate(sums: Floats) -> Floats:
-            smoothed = gaussian_filter1d(sums, RADIUS_SMOOTHING_BINS, axis=1, mode="constant")
-            return peak_positions(smoothed, centres)
+            each = sums.reshape(-1, RADIUS_BINS)
+            smoothed = gaussian_filter1d(each, RADIUS_SMOOTHING_BINS, axis=1, mode="constant")
+            return peak_positions(smoothed, _RADIUS_CENTRES).reshape(-1, 3)
 
-        return self._with_interval(estimate, _columns(name))
+        return self._peaks(estimate, 3, slice(0, 3 * RADIUS_BINS))
 
-    def angle_peak(self, name: str, sign: int) -> Estimate:
-        """Return the mode of P(ψ) on one side of 0, smoothed with a Gaussian of 8°, rad.
+    def angle_peaks(self) -> tuple[Estimate, ...]:
+        """Return the modes of P(ψ_b) below and above 0, smoothed with a Gaussian of 8°, rad.
 
         NaN where the distribution has no maximum of its own on that side.
         """
-        side = slice(ANGLE_BINS // 2, None) if sign > 0 else slice(0, ANGLE_BINS // 2)
-        centres = bin_centres(ANGLE_EDGES)[side]
 
         def estimate(sums: Floats) -> Floats:
             smoothed = gaussian_filter1d(sums, ANGLE_SMOOTHING_BINS, axis=1, mode="wrap")
-            return peak_positions(smoothed[:, side], centres)
+            sides = np.split(smoothed, 2, axis=1), np.split(_ANGLE_CENTRES, 2)
+            return np.stack([peak_positions(*side) for side in zip(*sides, strict=True)], axis=1)
 
-        return self._with_interval(estimate, _columns(name))
+        return self._peaks(estimate, 2, _columns("psi_b"))
+
+    def _peaks(
+        self, estimate: Callable[[Floats], Floats], n: int, columns: slice
+    ) -> tuple[Estimate, ...]:
+        values = estimate(self._blocks.total()[None, columns])[0]
+        halves = jackknife_half_widths(self._blocks, estimate, n, columns)
+        return tuple(
+            (float(value), float(half) if half == half else None)
+            for value, half in zip(values, halves, strict=True)
+        )
 
     def _with_interval(
         self, estimate: Callable[[Floats], Floats], columns: slice | list[int]

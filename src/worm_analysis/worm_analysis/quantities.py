@@ -38,26 +38,27 @@ def _positions(evidence: Evidence) -> list[Quantity]:
             f"{name}_over_R",
             "1",
             int(frames.histogram(name).sum()),
-            partial(frames.radius_peak, name),
+            partial(_pair, *estimate),
             bounds=(0.0, RADIUS_EDGES[-1]),
             items="frames in a chamber",
             why="P(r) has no peak between the centre and 1.2 R",
         )
-        for name in ("r_h", "r_c", "r_t")
+        for name, estimate in zip(("r_h", "r_c", "r_t"), frames.radius_peaks(), strict=True)
     ]
     frames_with_body = int(frames.histogram("psi_b").sum())
+    sides = (("negative", (-180.0, 0.0)), ("positive", (0.0, 180.0)))
     peaks += [
         tell(
-            name,
+            f"psi_b_{side}_peak",
             "deg",
             frames_with_body,
-            partial(frames.angle_peak, "psi_b", sign),
-            bounds=(-180.0, 0.0) if sign < 0 else (0.0, 180.0),
+            partial(_pair, *estimate),
+            bounds=bounds,
             scale=degrees(1.0),
             items="frames with a body angle",
             why="P(ψ_b) has no peak of its own on this side",
         )
-        for name, sign in (("psi_b_negative_peak", -1), ("psi_b_positive_peak", 1))
+        for (side, bounds), estimate in zip(sides, frames.angle_peaks(), strict=True)
     ]
     known = int(frames.total("contact_known"))
     touching = partial(frames.ratio, "contact", "contact_known")

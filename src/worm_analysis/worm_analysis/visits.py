@@ -56,6 +56,11 @@ class Visits:
         self.number += 1
         return ended
 
+    def stay(self, stamp_ns: int) -> None:
+        """Say that the head is in the same chamber as before."""
+        assert self._stay is not None
+        self._stay.last_ns = stamp_ns
+
     def touch(self, stamp_ns: int, theta_rad: float) -> None:
         """Take a frame in which the head touches the wall; θ_h may be unwrapped."""
         stay = self._stay

@@ -48,7 +48,9 @@ class Whereabouts:
         self._max_gap_ns = round(parameters.max_gap_s * NS)
         self._attempts = Attempts(parameters.stroke_window_s)
         self._visits = Visits()
-        self._last_ns: int | None = None
+        self._last_ns = 0
+        self._geometry: Geometry | None = None
+        self._where = Where.UNKNOWN
         self._home: Chamber | None = None
         self._corridor = ExitCorridor(nan, nan, nan, nan)
         self.sums = PassageSums()
@@ -83,8 +85,13 @@ class Whereabouts:
             The distance that counts as contact; NaN where it is not known.
         """
         stamp_ns = state.stamp_ns
+        if self._goes_on(state, geometry):
+            self._last_ns = stamp_ns
+            self._visits.stay(stamp_ns)
+            self._attempts.keep_length(stamp_ns, state.length_m)
+            return []
         events: list[Event] = []
-        if self._last_ns is not None and stamp_ns - self._last_ns > self._max_gap_ns:
+        if stamp_ns - self._last_ns > self._max_gap_ns:
             events += self._keep(self._attempts.cut())
             self._visits.lose()
         self._last_ns = stamp_ns
@@ -98,7 +105,18 @@ class Whereabouts:
             self._visits.pass_through()
         self.away = self._attempts.active or not self.home
         self.searching = bool(head_in) and head_in == self.home and not self.away
+        self._geometry, self._where = geometry, state.where
         return events
+
+    def _goes_on(self, state: BodyState, geometry: Geometry) -> bool:
+        """Whether the head searches on as in the last frame: nearly all frames are such."""
+        return (
+            self.searching
+            and geometry is self._geometry
+            and state.where is self._where
+            and state.stamp_ns - self._last_ns <= self._max_gap_ns
+            and not self._corridor.has_between_walls(state.head.x_m, state.head.y_m)
+        )
 
     def observe(
         self, stamp_ns: int, theta_rad: float, contact: bool | None, closed: list[ClosedEpisode]
