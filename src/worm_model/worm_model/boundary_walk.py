@@ -1,6 +1,7 @@
 """The boundary walk: how long a head that slides and hops along the wall takes to find the exit.
 
-The walk of Biswas & Kudrolli (arXiv 2303.00647, section "Boundary search model"), by Monte Carlo.
+The walk of Biswas & Kudrolli (arXiv 2303.00647, section "Boundary search model"): its parameters,
+and its Monte Carlo, which checks the exact solution in `first_passage`.
 """
 
 from dataclasses import dataclass
@@ -9,6 +10,8 @@ from math import hypot, inf, pi, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+
+from worm_model.walk_state import Direction, Phase, WalkState
 
 CONFIDENCE_95 = 1.959963984540054
 
@@ -90,6 +93,11 @@ class WalkParameters:
         return 2.0 * pi * self.radius_mm
 
     @property
+    def wall_mm(self) -> float:
+        """Length of the wall outside the exit's arc."""
+        return self.circumference_mm - self.exit_arc_mm
+
+    @property
     def flip_after_slide(self) -> float:
         """Probability of turning around at the end of a slide."""
         return self.reversal if self.rule is ReversalRule.PER_PHASE else 0.0
@@ -150,13 +158,19 @@ class WalkResult:
 
 
 def simulate(
-    parameters: WalkParameters, walks: int, seed: int, *, horizon_s: float = 1e5
+    parameters: WalkParameters,
+    walks: int,
+    seed: int,
+    *,
+    horizon_s: float = 1e5,
+    start: WalkState | None = None,
 ) -> WalkResult:
     """Run many walks at once.
 
-    A walk starts uniformly on the wall, sliding, in either direction. A slide that meets the exit
-    finds it. A hop that ends above the exit finds it at its end (`hop_may_land`); a hop that
-    leaves the exit's arc again is a skip. Distances are exponential, so a phase that a reversal
+    A walk starts uniformly on the wall, sliding, in either direction, or in a given state. A slide
+    that meets the exit finds it. A hop that ends above the exit finds it at its end
+    (`hop_may_land`); a hop that leaves the exit's arc again, by either edge, is a skip. Distances
+    are exponential, so a phase that a reversal
     interrupts (rule `rate`) goes on with a fresh distance.
 
     Parameters
@@ -169,6 +183,8 @@ def simulate(
         The same seed gives the same walks.
     horizon_s : float
         Time after which a walk is given up.
+    start : WalkState, optional
+        The state in which all walks start.
 
     Returns
     -------
@@ -176,22 +192,12 @@ def simulate(
         In the order in which the walks were started.
     """
     random = np.random.default_rng(seed)
-    arc, ring = parameters.exit_arc_mm, parameters.circumference_mm
     result = WalkResult(
         np.full(walks, horizon_s), np.zeros(walks, dtype=np.int64), np.zeros(walks, dtype=np.bool_)
     )
-    # The exit is the arc from 0 to `arc`; the wall goes on to `ring`, which is 0 again.
-    alive = _Walkers(
-        index=np.arange(walks),
-        place=arc + (ring - arc) * random.random(walks),
-        forwards=random.random(walks) < 0.5,
-        hopping=np.zeros(walks, dtype=np.bool_),
-        time=np.zeros(walks),
-    )
+    alive = start_walkers(parameters, walks, random, start)
     while len(alive.index):
-        distance, ends = _draw_distances(parameters, alive, random)
-        found, skips = _move(parameters, alive, distance, ends)
-        _turn(parameters, alive, ends, random)
+        found, skips = step(parameters, alive, random)
         over = alive.time > horizon_s
         result.skips[alive.index] += skips
         done = alive.index[found & ~over]
@@ -202,8 +208,12 @@ def simulate(
 
 
 @dataclass(slots=True)
-class _Walkers:
-    """The walks that still search: a row each."""
+class Walkers:
+    """The walks that still search: a row each.
+
+    The exit is the arc from 0 to `exit_arc_mm`; the wall goes on, counter-clockwise, to the ring's
+    length, which is 0 again.
+    """
 
     index: NDArray[np.int64]
     place: NDArray[np.float64]
@@ -212,13 +222,47 @@ class _Walkers:
     time: NDArray[np.float64]
 
     def keep(self, rows: NDArray[np.bool_]) -> None:
+        """Keep some of the walks."""
         self.index, self.place = self.index[rows], self.place[rows]
         self.forwards, self.hopping = self.forwards[rows], self.hopping[rows]
         self.time = self.time[rows]
 
 
+def start_walkers(
+    parameters: WalkParameters, walks: int, random: np.random.Generator, start: WalkState | None
+) -> Walkers:
+    """Return walks about to start: anywhere, or all in one state."""
+    arc, ring = parameters.exit_arc_mm, parameters.circumference_mm
+    if start is None:
+        place = arc + (ring - arc) * random.random(walks)
+        forwards = random.random(walks) < 0.5
+    else:
+        place = np.full(walks, (parameters.radius_mm * start.theta_rad + arc / 2.0) % ring)
+        forwards = np.full(walks, start.direction is Direction.COUNTER_CLOCKWISE)
+    hopping = np.full(walks, start is not None and start.phase is Phase.HOP)
+    return Walkers(np.arange(walks), place, forwards, hopping, np.zeros(walks))
+
+
+def step(
+    parameters: WalkParameters, alive: Walkers, random: np.random.Generator
+) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Let each walk go on to its next end of a phase or reversal.
+
+    Returns
+    -------
+    found : ndarray of bool
+        Which walks found the exit.
+    skips : ndarray of int64
+        How often each flew over it.
+    """
+    distance, ends = _draw_distances(parameters, alive, random)
+    found, skips = _move(parameters, alive, distance, ends)
+    _turn(parameters, alive, ends, random)
+    return found, skips
+
+
 def _draw_distances(
-    parameters: WalkParameters, alive: _Walkers, random: np.random.Generator
+    parameters: WalkParameters, alive: Walkers, random: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return how far each walk goes, and whether its phase ends there (else it turns around)."""
     mean = np.where(alive.hopping, parameters.mean_hop_mm, parameters.mean_slide_mm)
@@ -232,7 +276,7 @@ def _draw_distances(
 
 def _move(
     parameters: WalkParameters,
-    alive: _Walkers,
+    alive: Walkers,
     distance: NDArray[np.float64],
     ends: NDArray[np.bool_],
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
@@ -267,7 +311,7 @@ def _move(
 
 def _turn(
     parameters: WalkParameters,
-    alive: _Walkers,
+    alive: Walkers,
     ends: NDArray[np.bool_],
     random: np.random.Generator,
 ) -> None:
