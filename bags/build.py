@@ -51,6 +51,12 @@ def main() -> None:
     parser.add_argument(
         "--larva", type=Path, metavar="FOLDER", help="folder with the original track 7.csv.gz"
     )
+    parser.add_argument(
+        "--wormpose",
+        type=Path,
+        metavar="FOLDER",
+        help="folder with the original frames/*.png and skeletons.npz; keeps them, builds no bag",
+    )
     options = parser.parse_args()
     if options.wormtracer:
         keep_masks(
@@ -58,6 +64,9 @@ def main() -> None:
         )
     if options.larva:
         cut_larva_track(options.larva / "7.csv.gz", HERE / "source" / "larva_track.csv.gz")
+    if options.wormpose:
+        keep_crops(options.wormpose, HERE / "wormpose_crops.zip")
+        return
     video = options.wormtracer / "WT_grayscale.avi" if options.wormtracer else None
     new = options.out / ".new"
     shutil.rmtree(new, ignore_errors=True)
@@ -118,6 +127,13 @@ def keep_masks(source: Path, target: Path) -> None:
         for name in names:
             entry = zipfile.ZipInfo(Path(name).name)  # a fixed date: the same bytes each time
             new.writestr(entry, old.read(name), zipfile.ZIP_DEFLATED)
+
+
+def keep_crops(source: Path, target: Path) -> None:
+    """Keep pictures that follow a worm, and another tool's skeletons of them, byte for byte."""
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as new:  # they are compressed already
+        for path in [*sorted((source / "frames").glob("*.png")), source / "skeletons.npz"]:
+            new.writestr(zipfile.ZipInfo(path.name), path.read_bytes())
 
 
 # The larva bag: real motion, drawn by the rig.
