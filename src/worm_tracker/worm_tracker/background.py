@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_tracker.light import Floats, Picture
-
-Window = tuple[slice, slice]
+from worm_tracker.segmentation import Window, whole
 
 MEMORY_FRAMES = 256
 """Frames after which an old background has mostly been forgotten."""
@@ -22,6 +21,11 @@ GAIN_SAMPLES = 1000
 SAMPLE_FRAMES = 16
 """Frames between two readings of the background for the gain."""
 MIN_GAIN, MAX_GAIN = 0.5, 2.0
+DIM, MOST_WEIGHT = 0.6, 3.5
+"""Part of clear water's light below which the signal is weighed, and its most weight: where there
+is less light left the picture cannot tell."""
+WEIGHT_ONE = 64
+BLOCK_PX = 16
 
 
 class Background:
@@ -35,13 +39,22 @@ class Background:
         What it would show without a worm (`light.empty_rig`).
     worm : ndarray of uint8, shape (h, w)
         Non-zero where the worm, widened by its blur, hides the background of the first picture.
+    water : ndarray of bool, shape (h, w)
+        Where clear water lets all light through.
     """
 
-    def __init__(self, picture: Picture, ground: Floats, worm: Picture) -> None:
+    def __init__(
+        self, picture: Picture, ground: Floats, worm: Picture, water: NDArray[np.bool_]
+    ) -> None:
         hidden = worm > 0
         self._mean = np.where(hidden, ground, picture).astype(np.float32)
         self._count = np.where(hidden, 0, 1).astype(np.float32)
         self.picture = np.rint(self._mean).astype(np.uint8)
+        self._clear = np.where(water, ground, 0).astype(np.float32)
+        self._dim = np.rint(DIM * self._clear).astype(np.uint8)
+        self._weight = np.full(picture.shape, WEIGHT_ONE, np.uint8)
+        self._weighted = np.zeros(-(-np.array(picture.shape) // BLOCK_PX), bool)
+        self._weigh(whole(picture.shape))
         height, width = picture.shape
         self._rows = int(np.clip(BAND_PIXELS // width, 1, height))
         self._next = 0
@@ -70,10 +83,44 @@ class Background:
 
     def signal(self, picture: Picture, gain: float, window: Window) -> NDArray[np.uint8]:
         """Return how much darker than the background a window of the picture is."""
+        signal = np.asarray(cv2.subtract(self.scaled(gain, window), picture[window]), np.uint8)
+        if self.dim_in(window):
+            cv2.multiply(signal, self._weight[window], dst=signal, scale=1 / WEIGHT_ONE)
+        return signal
+
+    def dim_in(self, window: Window) -> bool:
+        """Tell whether anything in a window lets through much less light than clear water."""
+        return bool(self._weighted[_blocks(window)].any())
+
+    def cluttered(self, window: Window) -> NDArray[np.bool_]:
+        """Return where in a window, or just beside, less light comes through than clear water."""
+        dim = np.asarray(self._weight[window] != WEIGHT_ONE, np.uint8)
+        return cv2.dilate(dim, np.ones((9, 9), np.uint8)) > 0
+
+    def _weigh(self, window: Window) -> None:
+        """Note where the background is dim: what passes there takes away less light.
+
+        Weighed by the light that clear water would let through, over what the background does, it
+        takes away the same part of it everywhere.
+        """
+        ground, blocks = self.picture[window], _blocks(window)
+        dim = cv2.compare(ground, self._dim[window], cv2.CMP_LT)
+        if not (cv2.countNonZero(dim) or self._weighted[blocks].any()):
+            return
+        parts = self._clear[window] / np.maximum(ground, 1)
+        weight = WEIGHT_ONE * np.minimum(parts, MOST_WEIGHT) + 0.5
+        self._weight[window] = np.where(dim > 0, weight, WEIGHT_ONE)
+        rows, columns = (slice(part.start * BLOCK_PX, part.stop * BLOCK_PX) for part in blocks)
+        v, u = np.nonzero(self._weight[rows, columns] != WEIGHT_ONE)
+        self._weighted[blocks] = False
+        self._weighted[(v + rows.start) // BLOCK_PX, (u + columns.start) // BLOCK_PX] = True
+
+    def scaled(self, gain: float, window: Window) -> Picture:
+        """Return a window of the background as bright as a picture of this gain."""
         ground = self.picture[window]
         if abs(gain - 1) > 0.002:
             ground = np.asarray(cv2.convertScaleAbs(ground, alpha=gain), np.uint8)
-        return np.asarray(cv2.subtract(ground, picture[window]), np.uint8)
+        return ground
 
     def move(self, motion: NDArray[np.float64]) -> None:
         """Take the background along with a rig that has moved in the picture.
@@ -94,6 +141,10 @@ class Background:
         self._count = np.minimum(count, EAGER_FRAMES).astype(np.float32)
         self._frames = 0
         self.picture = np.asarray(cv2.convertScaleAbs(self._mean), np.uint8)
+        clear = cv2.warpAffine(self._clear, motion, size, flags=cv2.INTER_NEAREST)
+        self._clear = np.asarray(clear, np.float32)
+        self._dim = np.rint(DIM * self._clear).astype(np.uint8)
+        self._weigh(whole(self.picture.shape))
 
     def renew(self, picture: Picture, gain: float, where: NDArray[np.bool_]) -> None:
         """Forget a part of the background for what a picture shows there."""
@@ -101,6 +152,24 @@ class Background:
         self._count[where] = 1
         self._frames = 0
         self.picture = np.asarray(cv2.convertScaleAbs(self._mean), np.uint8)
+        self._weigh(whole(picture.shape))
+
+    def take(self, picture: Picture, gain: float, window: Window, taken: NDArray[np.bool_]) -> None:
+        """Take what a picture shows in a part of a window for the background, at once.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (h, w)
+        gain : float
+            The picture's, see `gain`.
+        window : Window
+        taken : ndarray of bool
+            Which pixels of the window.
+        """
+        self._mean[window][taken] = picture[window][taken] / np.float32(gain)
+        self._count[window][taken] = np.maximum(self._count[window][taken], 1)
+        self.picture[window][taken] = cv2.convertScaleAbs(self._mean[window])[taken]
+        self._weigh(window)
 
     def learn(
         self, picture: Picture, gain: float, hide: Callable[[Window], Picture | None]
@@ -124,7 +193,8 @@ class Background:
             last = min(first + self._rows, height)
             self._next = 0 if last == height else last
         self._frames += 1
-        hidden = hide((slice(first, last), slice(0, picture.shape[1])))
+        band = slice(first, last), slice(0, picture.shape[1])
+        hidden = hide(band)
         count, mean = self._count[first:last], self._mean[first:last]
         now = picture[first:last] * np.float32(1 / gain)
         most = max(self._visits, EAGER_FRAMES)
@@ -140,3 +210,13 @@ class Background:
             now *= seen
             mean += now
         self.picture[first:last] = cv2.convertScaleAbs(mean)
+        self._weigh(band)
+
+
+def _blocks(window: Window) -> Window:
+    """Return which blocks of pixels a window touches."""
+    rows, columns = window
+    return (
+        slice(rows.start // BLOCK_PX, -(-rows.stop // BLOCK_PX)),
+        slice(columns.start // BLOCK_PX, -(-columns.stop // BLOCK_PX)),
+    )

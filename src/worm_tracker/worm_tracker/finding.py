@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from worm_msgs_py.chamber import Geometry
 from worm_tracker.background import MAX_GAIN, MIN_GAIN, Background
-from worm_tracker.light import Picture, arena_of, empty_rig
+from worm_tracker.light import WALL_REACH_PX, Picture, arena_of, empty_rig
 from worm_tracker.outline import Floats
 from worm_tracker.segmentation import (
     Blob,
@@ -17,6 +18,7 @@ from worm_tracker.segmentation import (
     draw_blob,
     find_blobs,
     first_threshold,
+    moved,
     noise_of,
     pick,
     smoothed,
@@ -29,8 +31,22 @@ THRESHOLD = 0.4
 LEAST_AREA = 0.1
 """Objects smaller than this part of the worm's area are none."""
 MARGIN_PX = 24
+OVERGROWN = 1.04
+"""Area over the known one from which an object is looked at for what hangs on to it."""
+SETTLE, SETTLE_FRAMES, LARGEST = 0.5, 4, 0.5
+"""Change of the background that is taken at once, over the threshold; how often it is looked for
+where nothing is seen; the largest object that is taken for dirt, over the worm's area."""
+SETTLE_AROUND = 6.0
+"""How far around the worm that is done, in widths."""
+SLIGHT = 3.5
+"""Change, over the noise, that is taken at once where there is dirt in the background already."""
+NEAR_END = 2.0
+"""How far around its ends nothing is taken for dirt, in widths."""
 HIDE_PX = 5
 """How far around the worm its blur may darken the background."""
+
+
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,13 +101,18 @@ class Finder:
         everything = whole(picture.shape)
         blobs = find_blobs(signal, self._threshold, everything)
         worm = draw_blob(blobs[0], everything, widen=6) if blobs else np.zeros_like(picture)
-        self._background = Background(picture, ground, worm)
+        self._background = Background(picture, ground, worm, _water(arena, geometry))
         self.blob: Blob | None = None
+        self.body: Floats | None = None
+        self.width = 0.0
+        self._frames = 0
+        self._crowded = False
+        self._plain = np.rint(ground).astype(np.uint8)
         self.rivals = False
 
-    def expect(self, area: float, level: float) -> None:
-        """Take what the worm's area and its signal's level are known to be."""
-        self._area = area
+    def expect(self, area: float, width: float, level: float) -> None:
+        """Take what the worm's area, width and its signal's level are known to be."""
+        self._area, self.width = area, width
         self._threshold = max(THRESHOLD * level, 4 * self._noise)
 
     def move(self, picture: Picture, geometry: Geometry, motion: Floats | None) -> None:
@@ -102,6 +123,9 @@ class Finder:
             self._background.renew(picture, self._background.gain(picture), opened)
         else:
             self._background.move(motion)
+            size = self._plain.shape[::-1]
+            self._plain = np.asarray(cv2.warpAffine(self._plain, motion, size), np.uint8)
+            self.body = None if self.body is None else moved(self.body, motion)
             self.blob = None if self.blob is None else self.blob.moved(motion)
         self._arena = arena.astype(np.uint8) * 255
 
@@ -120,19 +144,76 @@ class Finder:
             signal = self._background.signal(picture, gain, window)
             cv2.bitwise_and(signal, self._arena[window], dst=signal)
             smooth = smoothed(signal)
-            blob = self._pick(find_blobs(smooth, self._threshold, window))
+            blobs = find_blobs(smooth, self._threshold, window)
+            blob = self._pick(blobs)
             cut = blob is not None and blob.touches(window) and not blob.touches(everything)
             if blob is not None and not (cut and window is not everything):
                 self.blob = blob
+                self._crowded = len(blobs) > 1 or blob.area > OVERGROWN * self._area
                 return Sight(window, signal, smooth, blob, self._threshold)
         self.blob = None
         if not self._area:  # no worm has been seen yet: the threshold may be wrong
             self._threshold = first_threshold(signal, self._noise)
         return None
 
-    def learn(self, picture: Picture, gain: float) -> None:
-        """Let the background follow the picture where the worm is not."""
+    def learn(self, picture: Picture, gain: float, body: Floats, entire: bool) -> None:
+        """Let the background follow the picture where the worm is not.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (h, w)
+        gain : float
+        body : ndarray, shape (n, 2)
+            The midline; empty where it was not resolved.
+        entire : bool
+            Whether it is that of all of the worm: what is elsewhere is something else.
+        """
         self._background.learn(picture, gain, self._hide(picture, gain))
+        if len(body):
+            self.body = body
+        if entire and self.blob is not None:
+            self._frames += 1
+            near = window_around(self.blob.box, MARGIN_PX, picture.shape)
+            often = self._crowded or self._background.dim_in(near)
+            if often or self._frames % SETTLE_FRAMES == 0:
+                self._settle(picture, gain, body, self.blob)
+
+    def _settle(self, picture: Picture, gain: float, body: Floats, blob: Blob) -> None:
+        """Take what came, or left, beside the worm for background at once.
+
+        The worm only makes things darker: where a picture is brighter than the background, dirt or
+        a bubble has left. What is darker away from all of the worm is none of it, unless it is
+        large enough to be another one.
+        """
+        around = max(MARGIN_PX, round(SETTLE_AROUND * self.width))
+        window = window_around(blob.box, around, picture.shape)
+        now, level = picture[window], SETTLE * self._threshold
+        gone = cv2.subtract(now, self._background.scaled(gain, window))
+        glare = cv2.subtract(now, cv2.convertScaleAbs(self._plain[window], alpha=gain))
+        signal = self._background.signal(picture, gain, window)
+        cv2.bitwise_and(signal, self._arena[window], dst=signal)
+        signal = smoothed(signal)
+        cluttered = self._background.cluttered(window)
+        slight = SLIGHT * self._noise
+        where = (gone > np.where(cluttered, slight, level)) & (glare < level)
+        worm, ends = self._body_in(body, window)
+        where |= (signal > slight) & cluttered & (~ends | (signal < level)) & ~worm
+        signal[worm | ends] = 0
+        for dirt in find_blobs(signal, level, window):
+            if dirt.area < LARGEST * self._area:
+                where |= (draw_blob(dirt, window, 1) > 0) & ~worm & ~ends
+        if where.any():
+            self._background.take(picture, gain, window, where)
+
+    def _body_in(self, body: Floats, window: Window) -> tuple[Mask, Mask]:
+        """Return where the worm is in a window, and where its ends may be."""
+        worm, ends = np.zeros((2, *self._arena[window].shape), np.uint8)
+        line = np.rint(16 * (body - (window[1].start, window[0].start))).astype(np.int32)
+        thick = round(1.25 * self.width) + 2 * 2
+        cv2.polylines(worm, [line], False, 255, thick, cv2.LINE_8, 4)
+        for end in (line[0], line[-1]):
+            cv2.circle(ends, end, round(16 * NEAR_END * self.width), 255, -1, cv2.LINE_8, 4)
+        return worm > 0, ends > 0
 
     def _pick(self, blobs: list[Blob]) -> Blob | None:
         """Return the object that is the worm, if any can be."""
@@ -161,3 +242,11 @@ class Finder:
             return np.asarray(signal > level, np.uint8)
 
         return dark
+
+
+def _water(arena: NDArray[np.bool_], geometry: Geometry) -> NDArray[np.bool_]:
+    """Return where clear water is sure to be bright: away from the walls of the rig."""
+    if not geometry.chambers:
+        return np.zeros_like(arena)
+    size = 2 * (WALL_REACH_PX + 3) + 1
+    return cv2.erode(arena.astype(np.uint8), np.ones((size, size), np.uint8)) > 0

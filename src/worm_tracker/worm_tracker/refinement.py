@@ -30,6 +30,8 @@ from worm_tracker.tips import with_tips
 
 NODE_SPACING = 0.4
 """Distance of the cross-sections, in widths."""
+BUMP, BUMP_NODES = 1.1, 7
+"""Width over the median of so many cross-sections to either side that is not the worm's alone."""
 LEVEL_NODES = 5
 """Cross-sections over which the body's level is steadied."""
 SHORT = 0.35
@@ -175,8 +177,9 @@ def _centre(signal: NDArray[np.uint8], curve: Complex, width: float, sigma: floa
     right, left = out[:n], out[n:]
     shift, across = (right - left) / 2, right + left
     seen = found[:n] & found[n:]
-    if not seen.all():
-        shift, across = _fill(shift, seen, 0.0), _fill(across, seen, width)
+    trusted = seen & ~_bumps(across)
+    if not trusted.all():
+        shift, across = _fill(shift, trusted, 0.0), _fill(across, trusted, width)
     moved = _smooth(curve + normal * shift, sigma)
     return _Centred(moved, across, level, float(np.count_nonzero(seen) / n))
 
@@ -190,6 +193,23 @@ def _mean_of(size: int) -> NDArray[np.float32]:
 def _middle(values: NDArray[np.float32]) -> float:
     """Return the (upper) median; NumPy's own takes five times as long for so few values."""
     return float(np.sort(values)[len(values) // 2])
+
+
+def _bumps(across: Floats) -> NDArray[np.bool_]:
+    """Return which cross-sections, and their neighbours, have something lying against them.
+
+    These are wider than the median of those about them.
+    """
+    odd = np.zeros(len(across), bool)
+    if across.max() <= BUMP * np.sort(across)[len(across) // 2]:
+        return odd
+    around = np.pad(across, BUMP_NODES, "reflect")
+    around = np.lib.stride_tricks.sliding_window_view(around, 2 * BUMP_NODES + 1)
+    odd |= across > BUMP * np.median(around, axis=1)
+    wide = odd.copy()
+    wide[1:] |= odd[:-1]
+    wide[:-1] |= odd[1:]
+    return wide
 
 
 def _fill(values: Floats, found: NDArray[np.bool_], default: float) -> Floats:

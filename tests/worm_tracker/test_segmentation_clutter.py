@@ -1,0 +1,41 @@
+"""Dirt and bubbles on, under and beside the worm move neither its tips nor its centroid."""
+
+import math
+
+import numpy as np
+import pytest
+
+from worm_model.scenes import SCENES, Take
+from worm_msgs_py import Status
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.tracker import Tracker
+
+
+def errors(scene, seed, frames, px_per_mm=20.0):
+    """Return the errors of the nearer ends and of the centroid; every frame has to be tracked."""
+    tracker, given, truth = Tracker(TrackerParameters()), [], []
+    for shot in SCENES[scene](Take(px_per_mm=px_per_mm, frames=frames, seed=seed)):
+        given += tracker.push(shot.picture, shot.stamp_ns)
+        truth.append(shot.truth)
+    given += tracker.finish()
+    tips, centroids = [], []
+    for tracked, true in zip(given, truth, strict=True):
+        state = tracked.state
+        assert state.status is Status.TRACKED
+        real = [(true.head_u_px, true.head_v_px), (true.tail_u_px, true.tail_v_px)]
+        found = [(state.head.u_px, state.head.v_px), (state.tail.u_px, state.tail.v_px)]
+        ways = (found, found[::-1])
+        tips.append(min([math.dist(a, b) for a, b in zip(way, real, strict=True)] for way in ways))
+        centre = state.centroid
+        centroids.append(
+            math.dist((centre.u_px, centre.v_px), (true.centroid_u_px, true.centroid_v_px))
+        )
+    return np.array(tips), np.array(centroids)
+
+
+@pytest.mark.parametrize(("scene", "seed"), [("bubbles", 1), ("bubbles", 4), ("debris", 2)])
+def test_what_touches_the_worm_from_the_first_frame_is_cut_off(scene, seed):
+    tips, centroids = errors(scene, seed, 60)
+    assert np.median(tips) <= 0.5
+    assert np.quantile(tips, 0.95) <= 1.5
+    assert np.median(centroids) <= 0.3
