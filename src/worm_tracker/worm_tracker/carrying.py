@@ -9,23 +9,28 @@ from numpy.typing import NDArray
 
 from worm_tracker.body_fit import fit_body, overlap
 from worm_tracker.finding import Sight
-from worm_tracker.known import Known, end_displacement, length_of
-from worm_tracker.outline import Floats
-from worm_tracker.refinement import Fine, refine
+from worm_tracker.known import Known, end_displacement
+from worm_tracker.outline import Floats, as_points
+from worm_tracker.refinement import Fine
 from worm_tracker.segmentation import draw_blob
 from worm_tracker.sliding import Slender, slide
-from worm_tracker.trail import Trail
+from worm_tracker.trail import Trail, sharpest_turn, trail_of
 
 WAY_COST, STRETCH_COST = 0.3, 1.0
 """What moving an end by a length, and a unit of log stretch, take off a carried body's overlap."""
 FREE_STRETCH = 0.05
 """Log of the length that costs nothing."""
-GOOD_OVERLAP = 0.93
-"""Overlap of a body slid along itself from which on nothing else is tried."""
+LESS = 0.02
+"""How much less than expected a body slid along itself may be worth before others are tried."""
+FORGET = 0.005
+"""What the expected worth loses in a frame."""
+SHARP_LESS = 0.02
+"""How much less a body below a pixel may be worth than the fitted one that it was made of."""
+MOST_TURN, KINK_COST = 2.0, 0.15
+"""Turn over a width (radians) beyond which a midline has a kink, and what a radian more takes off:
+half a turn in a width is that of a body laid double."""
 LENGTH_RECALL = 0.05
 """How fast an unseen tip lets the length return to the known one."""
-MOST_STRETCH = 0.15
-"""Log of the length over the known one beyond which a sharper midline is not believed."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,29 +39,33 @@ class Carried:
 
     Attributes
     ----------
-    points : ndarray, shape (POINTS, 2)
-        In the picture's coordinates, in the order of the last midline.
-    overlap : float
-        Intersection over union of body and object: what it is worth.
-    trail : Trail or None
-        The fine curve that carries it on from here; None where it was not found by sliding.
+    trail : Trail
+        The midline, in the picture's coordinates and in the order of the last one.
+    worth : float
+        Intersection over union of body and object, less what its kinks cost.
+    expected : float
+        What the next one should be worth: it falls slowly where this one was worth more.
     """
 
-    points: Floats
-    overlap: float
-    trail: Trail | None = None
+    trail: Trail
+    worth: float
+    expected: float = 1.0
+
+    @property
+    def points(self) -> Floats:
+        """The midline, shape (POINTS, 2)."""
+        return self.trail.points
 
 
 def carry(
     sight: Sight,
     known: Known,
-    trail: Trail,
-    last: Floats,
+    last: Carried,
     before: Floats | None,
     frames: int,
     fine: Fine | None,
 ) -> Carried:
-    """Fit the worm's body to an object that touches itself, from where the body was.
+    """Carry the worm's body on to an object that touches itself, from where the body was.
 
     Parameters
     ----------
@@ -64,68 +73,95 @@ def carry(
         The object.
     known : Known
         The worm.
-    trail : Trail
-        Where it was, as a fine curve, in the order of `last`.
-    last, before : ndarray, shape (POINTS, 2)
-        Its midline in the last picture that gave one, and in the one before that.
+    last : Carried
+        Its midline in the last picture that gave one.
+    before : ndarray, shape (POINTS, 2), or None
+        That in the one before, in the same order.
     frames : int
-        How many frames ago the last one was, 1 for the next.
+        How many frames ago that was, 1 for the next.
     fine : Fine or None
         A midline that the outline gave, and that cannot continue the last one: the better of both
         is taken.
+
+    Notes
+    -----
+    Where the body, slid along itself, explains the object about as well as it did before, nothing
+    else is tried. Else a deformable body is fitted from there, and slid once more where it was
+    found, which brings it below a pixel.
     """
-    offset = np.array([sight.window[1].start, sight.window[0].start], np.float64)
-    mask = _mask(sight)
-    slid = _slid(sight, mask, known, trail, frames)
-    if (
-        slid is not None
-        and slid.overlap >= GOOD_OVERLAP
-        and not known.leaps(slid.points, last, frames)
-    ):
-        return slid
-    starts = [last - offset]
-    if before is not None:
-        starts.append(2 * last - before - offset)
-
-    def merit(found: Carried) -> float:
-        """Return the overlap, less what the ends' way and the length cost."""
-        way = end_displacement(found.points, last) / known.length / frames
-        stretch = abs(log(length_of(found.points) / known.length))
-        return found.overlap - WAY_COST * way - STRETCH_COST * max(stretch - FREE_STRETCH, 0.0)
-
-    fits = [fit_body(mask, start, known.widths, known.length) for start in starts]
-    found = [Carried(fit.points + offset, fit.overlap) for fit in fits]
-    best = max(found, key=merit)
-    sharp = refine(sight.signal, (0, 0), best.points - offset, known.width)
-    sharper = overlap(mask, sharp.points, sharp.widths)
-    if (
-        sharper >= best.overlap - 0.02
-        and abs(log(length_of(sharp.points) / known.length)) < MOST_STRETCH
-        and not known.leaps(sharp.points + offset, last, frames)
-    ):
-        best = Carried(sharp.points + offset, sharper)
-    others = [best]
-    if slid is not None:
-        others.append(slid)
-    if fine is not None:
-        open_body = overlap(mask, fine.points - offset, fine.widths)
-        others.append(Carried(fine.points, open_body))
-    return max(others, key=merit)
-
-
-def _slid(
-    sight: Sight, mask: NDArray[np.uint8], known: Known, trail: Trail, frames: int
-) -> Carried | None:
-    """Return the body slid along itself."""
     offset = complex(sight.window[1].start, sight.window[0].start)
-    expected = trail.length * (known.length / trail.length) ** LENGTH_RECALL
-    body = Slender(known.widths, known.level, expected)
-    slid = slide(sight.signal, trail.shifted(-offset), body, frames)
-    if slid is None:
-        return None
-    worth = overlap(mask, slid.points, known.widths)
-    slid = slid.shifted(offset)
-    return Carried(slid.points, worth, slid)
+    scene = _Scene(sight.signal, _mask(sight), known, last.trail.shifted(-offset), frames)
+    found = scene.slid(scene.last)
+    if found is None or found.worth < last.expected - LESS or scene.leaps(found):
+        starts = [scene.last.points]
+        if before is not None:
+            starts.append(2 * last.points - before - as_points(np.array([offset])))
+        found = scene.best(found, starts, fine, offset)
+    expected = max(found.worth, last.expected - FORGET)
+    return Carried(found.trail.shifted(offset), found.worth, expected)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Scene:
+    """An object in its window, and the worm that is to explain it."""
+
+    signal: NDArray[np.uint8]
+    mask: NDArray[np.uint8]
+    known: Known
+    last: Trail
+    frames: int
+
+    def slid(self, trail: Trail) -> Carried | None:
+        """Return a body slid along itself."""
+        known = self.known
+        length = trail.length * (known.length / trail.length) ** LENGTH_RECALL
+        slid = slide(self.signal, trail, Slender(known.widths, known.level, length), self.frames)
+        return None if slid is None else self.judged(slid, known.widths)
+
+    def best(
+        self, slid: Carried | None, starts: list[Floats], fine: Fine | None, offset: complex
+    ) -> Carried:
+        """Return the best of all that can be tried, fits from some starts among them."""
+        known = self.known
+        starts = starts if slid is None else [*starts, slid.points]
+        fits = [fit_body(self.mask, start, known.widths, known.length) for start in starts]
+        fitted = [
+            self.judged(trail_of(fit.points, None, known.width), known.widths) for fit in fits
+        ]
+        others = [max(fitted, key=self.merit)]
+        sharper = self.slid(others[0].trail)
+        if sharper is not None and sharper.worth >= others[0].worth - SHARP_LESS:
+            others = [sharper]
+        if slid is not None:
+            others.append(slid)
+        if fine is not None:
+            trail = trail_of(fine.points, None, known.width).shifted(-offset)
+            others.append(self.judged(trail, fine.widths))
+        return max(others, key=self.merit)
+
+    def judged(self, trail: Trail, widths: Floats) -> Carried:
+        """Return a body with what it is worth."""
+        kink = max(sharpest_turn(trail, self.known.width) - MOST_TURN, 0.0)
+        return Carried(trail, overlap(self.mask, trail.points, widths) - KINK_COST * kink)
+
+    def merit(self, found: Carried) -> float:
+        """Return the overlap, less what the ends' way and the length cost."""
+        known = self.known
+        way = end_displacement(found.points, self.last.points) / known.length / self.frames
+        stretch = abs(log(found.trail.length / known.length))
+        return found.worth - WAY_COST * way - STRETCH_COST * max(stretch - FREE_STRETCH, 0.0)
+
+    def leaps(self, found: Carried) -> bool:
+        """Tell whether an end is farther from where it was than it can have got."""
+        return self.known.leaps(found.points, self.last.points, self.frames)
+
+
+def centroid_of(sight: Sight) -> tuple[float, float]:
+    """Return the centroid (u, v) of an object's pixels, holes left out."""
+    moments = cv2.moments(_mask(sight), binaryImage=True)
+    area = max(moments["m00"], 1.0)
+    u, v = moments["m10"] / area, moments["m01"] / area
+    return u + sight.window[1].start, v + sight.window[0].start
 
 
 def _mask(sight: Sight) -> NDArray[np.uint8]:

@@ -8,17 +8,18 @@ import numpy as np
 
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
-from worm_tracker.carrying import MOST_STRETCH, carry
-from worm_tracker.clutter import views
+from worm_tracker.carrying import Carried, carry, centroid_of
 from worm_tracker.finding import Finder, Sight
 from worm_tracker.known import Known, length_of, mean_width, nearer_turned
 from worm_tracker.light import Picture
 from worm_tracker.observation import Observation
-from worm_tracker.outline import Floats, Rough, arc_length, rough_midline
+from worm_tracker.outline import Floats, Rough, rough_midline
 from worm_tracker.refinement import Fine, refine
 from worm_tracker.segmentation import Blob, draw_blob, moved
-from worm_tracker.trail import Trail, trail_of
+from worm_tracker.trail import trail_of
 
+MOST_STRETCH = 0.15
+"""Log of the length over the known one beyond which a midline that came in a leap is not believed."""
 MOST_STRETCH_A_FRAME = 0.08
 """Log of the length over that of the frame before: this and `MOST_STRETCH` at once are an error,
 because a worm does not stretch in a moment."""
@@ -29,9 +30,6 @@ RELEARN_FRAMES, MORE = 15, 1.1
 another length is believed: the worm was seen in part at first."""
 MIN_OVERLAP = 0.7
 """Least agreement of body and picture for a midline to be believed."""
-SETTLED_FRAMES, SAME_LENGTH, SURE = 10, 0.035, 0.85
-"""Midlines learned from, log of the length over the known one, and confidence from which all of the
-worm is taken to have been seen."""
 SMALL, LARGE = 0.35, 2.2
 """Areas, relative to the worm's, that are not the worm."""
 
@@ -53,8 +51,7 @@ class Follower:
         self._known: Known | None = None
         self._last: Floats | None = None
         self._before: Floats | None = None
-        self._trail: Trail | None = None
-        self._carried_trail: Trail | None = None
+        self._carried: Carried | None = None
         self._lost = 0
         self._unresolved = 0
 
@@ -80,7 +77,7 @@ class Follower:
                 None if points is None else moved(points, motion)
                 for points in (self._last, self._before)
             )
-            self._trail = None
+            self._carried = None
 
     def push(self, picture: Picture) -> Observation:
         """Look at the next picture."""
@@ -89,21 +86,20 @@ class Follower:
             self._lost += 1
             return Observation(Status.BAD_IMAGE)
         sight = self._finder.find(picture, gain)
-        self._carried_trail = None
+        carried, self._carried = self._carried, None
         if sight is None:
             self._lost += 1
             found = Observation(Status.AMBIGUOUS if self._finder.rivals else Status.NO_WORM)
         else:
-            found = self._observe(sight)
+            found = self._observe(sight, carried)
             self._lost = 0
         resolved = len(found.points) > 0
-        self._trail = self._carried_trail if resolved else None
         self._before, self._last = self._last, found.points if resolved else None
         self._unresolved = 0 if resolved or sight is None else self._unresolved + 1
-        self._finder.learn(picture, gain, found.points, self._entire(found))
+        self._finder.learn(picture, gain)
         return found
 
-    def _observe(self, sight: Sight) -> Observation:
+    def _observe(self, sight: Sight, carried: Carried | None) -> Observation:
         """Find the midline of the object, or say why there is none."""
         blob, known = sight.blob, self._known
         if blob.touches((slice(0, self._shape[0]), slice(0, self._shape[1]))):
@@ -111,37 +107,22 @@ class Follower:
         if known is not None and blob.area < SMALL * known.area:
             return Observation(Status.TOO_SMALL, blob.u, blob.v)
         if known is not None and blob.area > LARGE * known.area:
-            if known.frames < SETTLED_FRAMES:  # what was seen at first was not the worm
-                self._known = None
             return Observation(Status.TOO_LARGE, blob.u, blob.v)
-        fine = None
-        for view in views(sight, known, self._finder.body):
-            fine = self._outlined(view)
-            if fine is not None and self._continues(fine):
-                self._learn(fine, view.blob)
-                return _seen(fine, _agreement(fine, view.blob))
-        return self._carried(view, fine)
-
-    def _outlined(self, sight: Sight) -> Fine | None:
-        """Return the midline that the object's outline gives; None where it is no simple body."""
-        blob, known = sight.blob, self._known
         expected = known.width if known else _thickness(sight)
         rough = rough_midline(blob.contour, expected, self._last)
         if rough is None or not self._sound(rough, blob, expected):
-            return None
+            return self._carry(sight, carried, None)
         offset = (sight.window[1].start, sight.window[0].start)
         fine = refine(sight.signal, offset, rough.points, known.width if known else rough.width)
         if self._last is not None and nearer_turned(fine.points, self._last):
             fine = replace(fine, points=fine.points[::-1], widths=fine.widths[::-1])
-        return fine if _agreement(fine, blob) >= MIN_OVERLAP else None
-
-    def _entire(self, found: Observation) -> bool:
-        """Tell whether a midline is that of all of the worm: what is elsewhere is not worm."""
-        known = self._known
-        if known is None or not len(found.points) or known.frames < SETTLED_FRAMES:
-            return False
-        same = abs(log(length_of(found.points) / known.length)) < SAME_LENGTH
-        return same and found.confidence > SURE and self._carried_trail is None
+        confidence = _agreement(fine, blob)
+        if confidence < MIN_OVERLAP:
+            return self._carry(sight, carried, None)
+        if self._continues(fine):
+            self._learn(fine, blob)
+            return _seen(fine, confidence)
+        return self._carry(sight, carried, fine)
 
     def _continues(self, fine: Fine) -> bool:
         """Tell whether a midline can be that of the frame before, a frame later."""
@@ -179,21 +160,22 @@ class Follower:
             self._known = Known.of(fine, blob.area)
         else:
             self._known.learn(fine, fine.widths, blob.area)
-        self._finder.expect(self._known.area, self._known.width, self._known.level)
+        self._finder.expect(self._known.area, self._known.level)
 
-    def _carried(self, sight: Sight, fine: Fine | None) -> Observation:
+    def _carry(self, sight: Sight, carried: Carried | None, fine: Fine | None) -> Observation:
         """Carry the last midline on; a leap that remains is said by a low confidence."""
         known, last = self._known, self._last
         if known is None or last is None:
-            return Observation(Status.COILED, sight.blob.u, sight.blob.v)
+            return _coiled(sight)
         frames = 1 + self._lost
-        trail = self._trail or trail_of(last, self._before, known.width)
-        found = carry(sight, known, trail, last, self._before, frames, fine)
-        if found.overlap < MIN_OVERLAP:
-            return Observation(Status.COILED, sight.blob.u, sight.blob.v)
-        self._carried_trail = found.trail
+        if carried is None:
+            carried = Carried(trail_of(last, self._before, known.width), 1.0)
+        found = carry(sight, known, carried, self._before, frames, fine)
+        if found.worth < MIN_OVERLAP:
+            return _coiled(sight)
+        self._carried = found
         doubt = LEAP_DOUBT if known.leaps(found.points, last, frames) else 1.0
-        return _of_body(found.points, known.widths, doubt * found.overlap)
+        return _of_body(sight, found.points, known.widths, doubt * found.worth)
 
 
 def _seen(fine: Fine, confidence: float) -> Observation:
@@ -202,12 +184,16 @@ def _seen(fine: Fine, confidence: float) -> Observation:
     return Observation(Status.TRACKED, fine.u, fine.v, fine.points, fine.widths, confidence, width)
 
 
-def _of_body(points: Floats, widths: Floats, confidence: float) -> Observation:
-    """Return the observation of a carried midline; the centroid is that of the body's area."""
-    steps = np.gradient(arc_length(points)) * widths
-    u, v = (points * steps[:, None]).sum(0) / steps.sum()
+def _coiled(sight: Sight) -> Observation:
+    """Return the observation of an object without a midline."""
+    return Observation(Status.COILED, *centroid_of(sight))
+
+
+def _of_body(sight: Sight, points: Floats, widths: Floats, confidence: float) -> Observation:
+    """Return the observation of a carried midline; the centroid is that of what is seen."""
+    u, v = centroid_of(sight)
     width = mean_width(widths)
-    return Observation(Status.TRACKED, float(u), float(v), points, widths, float(confidence), width)
+    return Observation(Status.TRACKED, u, v, points, widths, float(confidence), width)
 
 
 def _agreement(fine: Fine, blob: Blob) -> float:

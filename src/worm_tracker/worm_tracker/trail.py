@@ -76,6 +76,14 @@ def trail_of(last: Floats, before: Floats | None, width: float) -> Trail:
     return Trail(evenly(line, nodes_for(float(arc(line)[-1]), width)), forward)
 
 
+def sharpest_turn(trail: Trail, width: float) -> float:
+    """Return the most that a trail turns over a width of the body, radians."""
+    d = np.diff(trail.curve)
+    angle = np.concatenate([[0.0], np.cumsum(np.angle(d[1:] * d[:-1].conj()))])
+    over = max(1, round(width / trail.step))
+    return float(np.abs(angle[over:] - angle[:-over]).max()) if len(angle) > over else 0.0
+
+
 def nodes_for(length: float, width: float) -> int:
     """Return how many nodes a trail of this length has, for a body of this width."""
     return int(min(max(NODES_A_WIDTH * length / width, POINTS), MOST_NODES))
