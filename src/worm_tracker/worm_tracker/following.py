@@ -9,6 +9,7 @@ import numpy as np
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
 from worm_tracker.carrying import Carried, carry, centroid_of
+from worm_tracker.clutter import views
 from worm_tracker.finding import Finder, Sight
 from worm_tracker.known import Known, length_of, mean_width, nearer_turned
 from worm_tracker.light import Picture
@@ -30,6 +31,9 @@ RELEARN_FRAMES, MORE = 15, 1.1
 another length is believed: the worm was seen in part at first."""
 MIN_OVERLAP = 0.7
 """Least agreement of body and picture for a midline to be believed."""
+SETTLED_FRAMES, SAME_LENGTH, SURE = 10, 0.035, 0.85
+"""Midlines learned from, log of the length over the known one, and confidence from which all of the
+worm is taken to have been seen."""
 SMALL, LARGE = 0.35, 2.2
 """Areas, relative to the worm's, that are not the worm."""
 
@@ -96,7 +100,7 @@ class Follower:
         resolved = len(found.points) > 0
         self._before, self._last = self._last, found.points if resolved else None
         self._unresolved = 0 if resolved or sight is None else self._unresolved + 1
-        self._finder.learn(picture, gain)
+        self._finder.learn(picture, gain, found.points, self._entire(found))
         return found
 
     def _observe(self, sight: Sight, carried: Carried | None) -> Observation:
@@ -107,22 +111,37 @@ class Follower:
         if known is not None and blob.area < SMALL * known.area:
             return Observation(Status.TOO_SMALL, blob.u, blob.v)
         if known is not None and blob.area > LARGE * known.area:
+            if known.frames < SETTLED_FRAMES:  # what was seen at first was not the worm
+                self._known = None
             return Observation(Status.TOO_LARGE, blob.u, blob.v)
+        fine = None
+        for view in views(sight, known, self._finder.body):
+            fine = self._outlined(view)
+            if fine is not None and self._continues(fine):
+                self._learn(fine, view.blob)
+                return _seen(fine, _agreement(fine, view.blob))
+        return self._carry(view, carried, fine)
+
+    def _outlined(self, sight: Sight) -> Fine | None:
+        """Return the midline that the object's outline gives; None where it is no simple body."""
+        blob, known = sight.blob, self._known
         expected = known.width if known else _thickness(sight)
         rough = rough_midline(blob.contour, expected, self._last)
         if rough is None or not self._sound(rough, blob, expected):
-            return self._carry(sight, carried, None)
+            return None
         offset = (sight.window[1].start, sight.window[0].start)
         fine = refine(sight.signal, offset, rough.points, known.width if known else rough.width)
         if self._last is not None and nearer_turned(fine.points, self._last):
             fine = replace(fine, points=fine.points[::-1], widths=fine.widths[::-1])
-        confidence = _agreement(fine, blob)
-        if confidence < MIN_OVERLAP:
-            return self._carry(sight, carried, None)
-        if self._continues(fine):
-            self._learn(fine, blob)
-            return _seen(fine, confidence)
-        return self._carry(sight, carried, fine)
+        return fine if _agreement(fine, blob) >= MIN_OVERLAP else None
+
+    def _entire(self, found: Observation) -> bool:
+        """Tell whether a midline is that of all of the worm: what is elsewhere is not worm."""
+        known = self._known
+        if known is None or not len(found.points) or known.frames < SETTLED_FRAMES:
+            return False
+        same = abs(log(length_of(found.points) / known.length)) < SAME_LENGTH
+        return same and found.confidence > SURE and self._carried is None
 
     def _continues(self, fine: Fine) -> bool:
         """Tell whether a midline can be that of the frame before, a frame later."""
@@ -160,7 +179,7 @@ class Follower:
             self._known = Known.of(fine, blob.area)
         else:
             self._known.learn(fine, fine.widths, blob.area)
-        self._finder.expect(self._known.area, self._known.level)
+        self._finder.expect(self._known.area, self._known.width, self._known.level)
 
     def _carry(self, sight: Sight, carried: Carried | None, fine: Fine | None) -> Observation:
         """Carry the last midline on; a leap that remains is said by a low confidence."""
