@@ -38,7 +38,8 @@ class Offline:
         in_chamber = np.array([w in (Where.CHAMBER_A, Where.CHAMBER_B) for w in track.where])
         trusted = np.isfinite(x) & (track.certainty >= CERTAIN)
         self.valid = trusted & in_chamber
-        self._find_stretches(trusted & ~in_chamber)
+        self.in_passage = trusted & ~in_chamber
+        self._find_stretches(self.in_passage)
         self.theta = np.full(n, np.nan)
         self.theta_dot = np.full(n, np.nan)
         for visit in np.unique(self.visit[self.valid]):
@@ -92,6 +93,13 @@ class Offline:
             self.depth_widths[row] = (R - self.r_h[row]) / ((at + inside) * 2e-6)
             self.contact[row] = self.depth_widths[row] < FACTOR
 
+    def _enters(self, row):
+        """Whether the next frame that counts sees the head in the exit, without a gap."""
+        later = np.flatnonzero((self.valid | self.in_passage)[row + 1 :]) + row + 1
+        if not len(later) or not self.in_passage[later[0]]:
+            return False
+        return self.track.stamp_ns[later[0]] - self.track.stamp_ns[row] <= GAP_NS
+
     def _runs(self, rows, on, off, min_ns):
         """Cut one stretch into (in contact, first row) by the rule, frame by frame."""
         runs, touching = [], False
@@ -130,7 +138,10 @@ class Offline:
                         "end_ns": int(self.track.stamp_ns[end]),
                         "distance": R * abs(self.theta[end] - self.theta[first]),
                         "depth": np.nan if in_contact else (R - self.r_h[own]).max(),
-                        "complete": bool(k > 0 and not last),
+                        "complete": bool(
+                            k > 0 and (not last or (not in_contact and self._enters(stretch[-1])))
+                        ),
+                        "cut": last,
                         "start_seen": k > 0,
                         "first": first,
                         "end": end,
@@ -153,7 +164,7 @@ class Offline:
         """Hops from the wall on one side of the exit to the wall on its other side."""
         count = 0
         for e in self.episodes():
-            if e["in_contact"] or not e["complete"]:
+            if e["in_contact"] or not e["complete"] or e["cut"]:
                 continue
             ends = sorted(self.theta[[e["before"], e["end"]]])
             for turn in range(-40, 41):

@@ -39,7 +39,11 @@ class Track:
 
     def states(self):
         """Return the states, with pixel coordinates that agree with the metric ones."""
-        return [self._state(frame) for frame in range(len(self.stamp_ns))]
+        return list(self.each_state())
+
+    def each_state(self):
+        """Yield the states one by one, for tracks of which not all states fit into memory."""
+        return map(self._state, range(len(self.stamp_ns)))
 
     def _state(self, frame):
         chamber = CHAMBERS[self.chamber[frame]]

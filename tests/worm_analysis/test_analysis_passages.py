@@ -8,7 +8,7 @@ from walked_tracks import BODY_WIDTH, GEOMETRY, THRESHOLD, R, Track, polar
 
 from worm_analysis.analysis import Analysis
 from worm_analysis.visits import exits_passed
-from worm_msgs_py import Attempt, StrokePhase, Visit, Where
+from worm_msgs_py import Attempt, Episode, StrokePhase, Visit, Where
 
 RATE_HZ = 20
 NS = 10**9
@@ -150,6 +150,20 @@ def test_exits_passed_are_counted_alike_in_the_mirror_and_backwards(before, end,
     low, high = min(before, end), max(before, end)
     whole = [k for k in range(-9, 10) if low + half_arc <= 2 * np.pi * k <= high - half_arc]
     assert passed == len(whole)
+
+
+@pytest.mark.parametrize("lost_frames", [0, 30], ids=["seen", "lost"])
+@pytest.mark.parametrize(("depth_m", "complete"), [(DEEP, True), (ALONG_WALL, False)])
+def test_a_hop_into_the_exit_has_its_length_and_a_slide_would_have_gone_on(
+    depth_m, complete, lost_frames
+):
+    path = Path().along(-2.0, -1.5, ALONG_WALL, 20).along(-1.5, -1.0, DEEP, 20)
+    path.along(-1.0, -0.6, ALONG_WALL, 20).along(-0.6, 0.0, depth_m, 20)
+    path.lose(lost_frames).into_exit(1e-3, 5).along(0.2, 0.4, DEEP, 10)
+    episodes = of(Episode, path.events()[0])
+    at_exit = next(e for e in episodes if e.end_ns == 80 * NS // RATE_HZ - NS // RATE_HZ)
+    assert at_exit.complete is (complete and not lost_frames)
+    assert at_exit.distance_m == pytest.approx((0.6 if depth_m == DEEP else 1.0) * R, rel=0.05)
 
 
 def test_turning_back_before_the_exit_is_no_skip():

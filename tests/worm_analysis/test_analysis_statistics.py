@@ -43,11 +43,11 @@ def test_exponential_mean_with_cutoff_and_censoring_is_covered_by_its_interval()
     assert 0.92 < hits / 300 < 0.98
 
 
-def closed_episode(kind, turn_rad, *, complete=True, start_seen=True):
+def closed_episode(kind, turn_rad, *, complete=True, start_seen=True, cut=False):
     distance_m = 0.01 * abs(turn_rad)
     depth_m = 1e-3 if kind is EpisodeKind.FREE else float("nan")
     episode = Episode("chamber_a", kind, 0, NS, distance_m, depth_m, complete=complete)
-    return ClosedEpisode(episode, turn_rad, 10, start_seen)
+    return ClosedEpisode(episode, turn_rad, 10, start_seen, cut=cut or not complete)
 
 
 def test_an_episode_without_its_start_is_left_out_and_one_without_its_end_is_censored():
@@ -70,6 +70,12 @@ def test_reversals_are_counted_between_neighbouring_cycles_only():
     sums.push(closed_episode(contact, -0.1))
     sums.push(closed_episode(free, -0.1))
     assert (sums.reversals, sums.cycles) == (2, 4)
+    sums.push(closed_episode(contact, 0.1))
+    sums.push(closed_episode(free, 0.1, cut=True))  # into the exit: complete, and the last one
+    assert (sums.reversals, sums.cycles) == (3, 5)
+    sums.push(closed_episode(contact, -0.1))
+    sums.push(closed_episode(free, -0.1))
+    assert (sums.reversals, sums.cycles) == (3, 5)
 
 
 @given(st.lists(st.floats(0, 0.1), min_size=1, max_size=50), st.floats(0, 0.02))

@@ -180,7 +180,7 @@ class Analysis:
         if self._whereabouts.visit != visit:
             closed += self._search.break_off()
         elif self._whereabouts.away:
-            closed += self._search.end_contact()
+            closed += self._search.enter_exit(state.stamp_ns)
         theta_rad = self._unwrap(state)
         if not self._whereabouts.searching:
             still = _observables(state, theta_rad)

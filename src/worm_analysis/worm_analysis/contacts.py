@@ -25,6 +25,8 @@ class ClosedEpisode:
         Whether the episode before it ended where it starts; False leaves its start unknown.
     before_rad, end_rad : float
         θ_h in the last frame before the episode, NaN where its start was not seen, and in its end.
+    cut : bool
+        Whether no episode follows it: the next one is not connected.
     """
 
     episode: Episode
@@ -33,6 +35,7 @@ class ClosedEpisode:
     start_seen: bool
     before_rad: float = nan
     end_rad: float = nan
+    cut: bool = False
 
 
 @dataclass(slots=True)
@@ -184,14 +187,19 @@ class ContactEpisodes:
             return None
         return run.start_ns, run.start_rad, run.incidence_rad
 
-    def cut(self) -> ClosedEpisode | None:
-        """End the episode where its last frame was: a gap, the exit or the end of the track."""
+    def cut(self, *, into_exit: bool = False) -> ClosedEpisode | None:
+        """End the episode where its last frame was: a gap, the exit or the end of the track.
+
+        An excursion that ends in the exit is complete: the head came down there, as it would have
+        come down to the wall. A contact that meets the exit is not: it would have gone on.
+        """
         run = self._run
         if run is None:
             return None
         self._take_back_candidate()
         self._run = None
-        return self._closed(run, run.last_ns, run.last_rad, run.frames, complete=False)
+        landed = into_exit and run.kind is EpisodeKind.FREE and run.start_seen
+        return self._closed(run, run.last_ns, run.last_rad, run.frames, complete=landed, cut=True)
 
     def _close_at_candidate(self, candidate: _Run) -> ClosedEpisode:
         run = self._run
@@ -210,7 +218,14 @@ class ContactEpisodes:
             self._candidate = None
 
     def _closed(
-        self, run: _Run, end_ns: int, end_rad: float, frames: int, *, complete: bool
+        self,
+        run: _Run,
+        end_ns: int,
+        end_rad: float,
+        frames: int,
+        *,
+        complete: bool,
+        cut: bool = False,
     ) -> ClosedEpisode:
         turn_rad = end_rad - run.start_rad
         in_contact = run.kind is EpisodeKind.CONTACT
@@ -224,7 +239,9 @@ class ContactEpisodes:
             incidence_rad=run.incidence_rad if in_contact else nan,
             complete=complete,
         )
-        return ClosedEpisode(episode, turn_rad, frames, run.start_seen, run.before_rad, end_rad)
+        return ClosedEpisode(
+            episode, turn_rad, frames, run.start_seen, run.before_rad, end_rad, cut
+        )
 
 
 def _extend(run: _Run, stamp_ns: int, theta_rad: float, depth_m: float) -> None:

@@ -105,7 +105,7 @@ class EpisodeSums:
                 )
         if episode.complete:
             self._add_to_cycle(closed.turn_rad, in_contact=in_contact)
-        else:
+        if closed.cut:
             self._slide_rad, self._last_direction = None, 0
 
     def _add_to_cycle(self, turn_rad: float, *, in_contact: bool) -> None:

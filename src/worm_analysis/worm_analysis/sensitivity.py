@@ -94,6 +94,11 @@ class Sensitivity:
             _Episodes(rule, lengths) for rule, lengths in zip(rules, self.lengths, strict=True)
         )
         self._approach = -1
+        self._in_exit: set[int] = set()
+
+    def ended_in_exit(self, approach: int) -> None:
+        """Say that a stretch at the wall, by its number, ended with the head in the exit."""
+        self._in_exit.add(approach)
 
     def add(self, frames: Frames) -> None:
         """Take frames with the head in a chamber; where contact cannot be told they go by."""
@@ -114,8 +119,10 @@ class Sensitivity:
 
     def cut(self) -> None:
         """End all episodes where their last frames were."""
+        into_exit = self._approach in self._in_exit
+        self._in_exit = {number for number in self._in_exit if number > self._approach}
         for track in self._tracks:
-            track.cut()
+            track.cut(into_exit=into_exit)
 
 
 class _Episodes:
@@ -175,10 +182,11 @@ class _Episodes:
                 self._kind, self._start, self._start_seen = kind, (frame, theta_rad), True
                 self._candidate = None
 
-    def cut(self) -> None:
-        """End the episode where the last frame was."""
+    def cut(self, *, into_exit: bool) -> None:
+        """End the episode where the last frame was; an excursion into the exit is complete."""
         if self._kind is not None:
-            self._close(self._last, complete=False)
+            landed = into_exit and not self._kind and self._start_seen
+            self._close(self._last, complete=landed)
         self._reset()
 
     def _close(self, end: tuple[int, float], *, complete: bool) -> None:

@@ -175,13 +175,19 @@ class WallSearch:
         self.observed_s += self._interval_s
         return closed
 
-    def end_contact(self) -> list[ClosedEpisode]:
-        """Say that the head has left the wall for the exit; return what that cuts short."""
+    def enter_exit(self, stamp_ns: int) -> list[ClosedEpisode]:
+        """Say that the head is in the exit in this frame; return what that ends."""
+        seen = self._last_ns is not None and stamp_ns - self._last_ns <= self._max_gap_ns
+        if seen:
+            self.sensitivity.ended_in_exit(self._approaches)
+        return self._end_approach(into_exit=seen)
+
+    def _end_approach(self, *, into_exit: bool) -> list[ClosedEpisode]:
         self._sensor.reset()
         self._approach.reset()
         self.collisions.break_off()
         self._approaches += 1
-        ended = self._contacts.cut()
+        ended = self._contacts.cut(into_exit=into_exit)
         return [] if ended is None else self._keep(ended)
 
     def break_off(self) -> list[ClosedEpisode]:
@@ -189,7 +195,7 @@ class WallSearch:
         self._speed.reset()
         self._stretch += 1
         self._last_ns = None
-        return self.end_contact()
+        return self._end_approach(into_exit=False)
 
     def finish(self) -> list[ClosedEpisode]:
         """End the trial."""

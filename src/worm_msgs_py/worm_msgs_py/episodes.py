@@ -41,7 +41,8 @@ class Episode:
     incidence_rad : float
         θ_h^i of a contact, signed, counter-clockwise positive; NaN for a free episode.
     complete : bool
-        False where the trial's start or end, a gap, or a chamber's end cut it short (censored).
+        False where the trial's start or end, a gap, or the exit cut it short (censored). A free
+        episode that ends with the head in the exit is complete: the head came down there.
     """
 
     chamber: str
