@@ -29,7 +29,6 @@ _CIRCLE = 32
 _RATIO = 4.0
 _FEWEST_TERMS, _MOST_TERMS, _KEPT_TERMS = 2048, 1 << 17, 1 << 14
 _TERMS_A_ROUND = 16
-_SAFE = 1.0
 
 
 class SolvedWalk:
@@ -122,7 +121,7 @@ def _moment_radius(parameters: WalkParameters) -> float:
     solution = solve_transform(parameters, s)
     wall = parameters.wall_mm
     states = [Place(part * wall, hop, False) for part in (0.25, 0.5, 1.0) for hop in (False, True)]
-    lowest = np.min([solution.at(place) for place in states], axis=0)
+    lowest = np.min([solution.at(place).real for place in states], axis=0)
     return float(s[np.flatnonzero(lowest > 0.8)[-1]])
 
 
@@ -137,7 +136,7 @@ class FirstPassage:
     place: Place | None
     error: float
     _sharps: dict[int, Rounds] = field(default_factory=dict, repr=False)
-    _smooth: dict[int, tuple[Contour, Complex]] = field(default_factory=dict, repr=False)
+    _smooth: dict[int, tuple[Contour, Complex, Floats]] = field(default_factory=dict, repr=False)
     _grids: dict[int, tuple[Floats, Floats, Floats]] = field(default_factory=dict, repr=False)
 
     @property
@@ -160,7 +159,7 @@ class FirstPassage:
     def skips(self) -> float:
         """Mean number of skips before the exit is found."""
         solution = self.walk.skips
-        return float(self._of(solution)[0])
+        return max(float(self._of(solution)[0].real), 0.0)
 
     @cached_property
     def _moments(self) -> tuple[float, float]:
@@ -257,10 +256,9 @@ class FirstPassage:
     def _grid(self, number: int) -> tuple[Floats, Floats, Floats]:
         """Return times from T/16 to T/4, the smooth part of `within`, and all of it."""
         if number not in self._grids:
-            contour, transform = self._smooth_part(number)
+            contour, _, smooth = self._smooth_part(number)
             first = contour.terms // 16
-            times = contour.grid_s()[first:]
-            smooth = contour.invert_on_grid(transform / contour.s)[first:]
+            times, smooth = contour.grid_s()[first:], smooth[first:]
             found = smooth + self._sharp_until(number).within(times * self._speed)
             self._grids[number] = times, smooth, np.maximum.accumulate(found)
         return self._grids[number]
@@ -271,31 +269,30 @@ class FirstPassage:
         numbers = np.array([self.walk.contour_number(t) for t in times[positive]], dtype=np.int64)
         for number in np.unique(numbers):
             at = positive[numbers == number]
-            contour, transform = self._smooth_part(int(number))
+            contour, transform, _ = self._smooth_part(int(number))
             found[at] += contour.invert(transform if per_s else transform / contour.s, times[at])
 
-    def _smooth_part(self, number: int) -> tuple[Contour, Complex]:
-        """Return a contour and, along it, the density's transform without its sharp parts.
+    def _smooth_part(self, number: int) -> tuple[Contour, Complex, Floats]:
+        """Return a contour, the density's transform without its sharp parts, and `within` of it.
 
         Terms are doubled until half of them give the same probabilities.
         """
-        if number not in self._smooth:
-            # Enough to see single rounds: fewer, and half of them, might both smooth these out.
-            a_round = _TERMS_A_ROUND * int(_RATIO ** max(number, 0))
-            terms = min(max(_FEWEST_TERMS, a_round), _MOST_TERMS)
-            while True:
-                contour, transform = self._without_sharp(number, terms)
-                half = Contour(contour.period_s, terms // 2)
-                values, fewer = (
-                    one.invert_on_grid(transform[: one.terms + 1] / one.s)
-                    for one in (contour, half)
-                )
-                # Half the terms are wrong by about this, all of them by a quarter of it or less.
-                change = float(np.abs(values[::2] - fewer)[half.terms // 16 :].max())
-                if change < _SAFE * self.error or terms >= _MOST_TERMS:
-                    break
-                terms *= 2
-            self._smooth[number] = contour, transform
+        if number in self._smooth:
+            return self._smooth[number]
+        # Enough to see single rounds: fewer, and half of them, might both smooth these out.
+        a_round = _TERMS_A_ROUND * int(_RATIO ** max(number, 0))
+        terms = min(max(_FEWEST_TERMS, a_round), _MOST_TERMS)
+        while True:
+            contour, transform = self._without_sharp(number, terms)
+            half = Contour(contour.period_s, terms // 2)
+            cumulative = transform / contour.s
+            values = contour.invert_on_grid(cumulative)
+            fewer = half.invert_on_grid(cumulative[: half.terms + 1])
+            change = float(np.abs(values[::2] - fewer)[half.terms // 16 :].max())
+            if change < self.error or terms >= _MOST_TERMS:
+                break
+            terms *= 2
+        self._smooth[number] = contour, transform, values
         return self._smooth[number]
 
     def _without_sharp(self, number: int, terms: int) -> tuple[Contour, Complex]:

@@ -14,7 +14,6 @@ decay from the wall's ends, so nothing overflows on a large ring or for short sl
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +21,7 @@ from numpy.typing import NDArray
 from worm_model.boundary_walk import WalkParameters
 from worm_model.walk_place import Place
 
-Numbers = NDArray[Any]
-"""Real or complex."""
+Complex = NDArray[np.complex128]
 _SAME = 1e-13
 """Relative size below which the modes' 2 × 2 matrix is a multiple of one."""
 _VANISHED = 1e-150
@@ -41,26 +39,26 @@ class Solution:
     parameters: WalkParameters
     modes: "_Modes"
     over: "_OverExit"
-    amplitude: Numbers
+    amplitude: Complex
     skip: float
     """What leaving the exit's arc adds: 0, or 1 where skips are counted."""
     found: float
     """The quantity where the exit is found: 1, or 0 where skips are counted."""
 
-    def at(self, place: Place) -> Numbers:
+    def at(self, place: Place) -> Complex:
         """Return the quantity from one state, shape of κ."""
         if place.over_exit:
             return self._above(place.ahead_mm)
         slide, hop = self._forwards(place.ahead_mm)
         return hop if place.hopping else slide
 
-    def uniform(self) -> Numbers:
+    def uniform(self) -> Complex:
         """Return the quantity from a slide that starts uniformly on the wall."""
         modes = self.modes
         length = self.parameters.wall_mm
         return np.asarray((self.amplitude * modes.slide * modes.tanh_over_mu).sum(0) / length)
 
-    def _forwards(self, ahead_mm: float) -> tuple[Numbers, Numbers]:
+    def _forwards(self, ahead_mm: float) -> tuple[Complex, Complex]:
         """Return the quantity of a slide and of a hop, `ahead_mm` before the exit."""
         modes = self.modes
         even, odd = modes.shapes(self.parameters.wall_mm, ahead_mm)
@@ -68,7 +66,7 @@ class Solution:
         hop = (self.amplitude * (modes.hop * even + modes.hop_odd * odd)).sum(0) / 2.0
         return slide, hop
 
-    def _above(self, ahead_mm: float) -> Numbers:
+    def _above(self, ahead_mm: float) -> Complex:
         slide, hop = self._forwards(self.parameters.wall_mm)
         share, lands, flies = self.over.at(self.parameters, ahead_mm)
         return np.asarray(
@@ -78,7 +76,7 @@ class Solution:
         )
 
 
-def solve_transform(parameters: WalkParameters, s: Numbers) -> Solution:
+def solve_transform(parameters: WalkParameters, s: NDArray[np.inexact]) -> Solution:
     """Solve for ⟨e^{−sτ_h}⟩.
 
     Parameters
@@ -86,21 +84,21 @@ def solve_transform(parameters: WalkParameters, s: Numbers) -> Solution:
     parameters : WalkParameters
         The walk.
     s : ndarray, shape (n,)
-        Laplace's variable, 1/s; real or complex, to the right of the law's slowest decay.
+        Laplace's variable, 1/s, to the right of the law's slowest decay.
     """
-    modes = _solve_modes(parameters, np.asarray(s) / parameters.speed_mm_s)
-    over = _solve_over(parameters, np.asarray(s) / parameters.speed_mm_s)
+    kappa = np.asarray(s, dtype=np.complex128) / parameters.speed_mm_s
+    modes, over = _solve_modes(parameters, kappa), _solve_over(parameters, kappa)
     return _join(parameters, modes, over, found=1.0, skip=0.0)
 
 
 def solve_skips(parameters: WalkParameters) -> Solution:
     """Solve for the mean number of skips until the exit is found, shape (1,)."""
-    zero = np.zeros(1)
+    zero = np.zeros(1, dtype=np.complex128)
     modes, over = _solve_modes(parameters, zero), _solve_over(parameters, zero)
     return _join(parameters, modes, over, found=0.0, skip=1.0)
 
 
-def _beyond(parameters: WalkParameters, slide: Numbers, found: float) -> Numbers:
+def _beyond(parameters: WalkParameters, slide: Complex, found: float) -> Complex:
     """Return the quantity of a hop that flew on to the far edge.
 
     There it becomes a slide and goes on, or turns, and so finds the exit.
@@ -141,17 +139,17 @@ def _join(
 class _Modes:
     """The wall's two modes, shape (2, n): e = (slide, hop) cosh μy, o = (…_odd) sinh(μy)/μ."""
 
-    mu: Numbers
-    slide: Numbers
-    hop: Numbers
-    slide_odd: Numbers
-    hop_odd: Numbers
-    decay: Numbers
+    mu: Complex
+    slide: Complex
+    hop: Complex
+    slide_odd: Complex
+    hop_odd: Complex
+    decay: Complex
     """e^{−μL}."""
-    tanh_over_mu: Numbers
+    tanh_over_mu: Complex
     """tanh(μL/2)/μ."""
 
-    def shapes(self, length: float, ahead: float) -> tuple[Numbers, Numbers]:
+    def shapes(self, length: float, ahead: float) -> tuple[Complex, Complex]:
         """Return cosh μy and sinh(μy)/μ, both over cosh(μL/2), at y = L/2 − ahead."""
         larger = np.exp(-self.mu * min(ahead, length - ahead))
         rest = np.zeros_like(larger)
@@ -164,7 +162,7 @@ class _Modes:
         return (near + far) / both, odd
 
 
-def _solve_modes(parameters: WalkParameters, kappa: Numbers) -> _Modes:
+def _solve_modes(parameters: WalkParameters, kappa: Complex) -> _Modes:
     """Return the eigenvectors of BC and the roots of its eigenvalues, without cancellation."""
     sigma, eta = 1.0 / parameters.mean_slide_mm, 1.0 / parameters.mean_hop_mm
     rho = parameters.flip_rate_s / parameters.speed_mm_s
@@ -182,7 +180,8 @@ def _solve_modes(parameters: WalkParameters, kappa: Numbers) -> _Modes:
     det = det_b * kappa * (kappa + sigma + eta)
     middle, gap = (m11 + m22) / 2.0, np.sqrt(((m11 - m22) / 2.0) ** 2 + m12 * m21)
     large = middle + np.where((np.conj(middle) * gap).real < 0.0, -gap, gap)
-    small = det / large
+    # Both are 0 at κ = 0 where slides and hops are alike and each end of either turns.
+    small = np.divide(det, large, out=np.zeros_like(large), where=large != 0.0)
     value = np.stack([small, large])
     # C(1, 1) = κ(1, 1): the deviation from (1, 1) is what matters at small κ, so it is solved for.
     drift = np.stack(np.broadcast_arrays(m12, m21, kappa)[:2])
@@ -211,11 +210,11 @@ def _solve_modes(parameters: WalkParameters, kappa: Numbers) -> _Modes:
 class _OverExit:
     """Hops above the exit: they turn around there too, where the rule is a rate."""
 
-    kappa: Numbers
-    nu: Numbers
-    ratio: Numbers
+    kappa: Complex
+    nu: Complex
+    ratio: Complex
 
-    def at(self, parameters: WalkParameters, ahead: float) -> tuple[Numbers, Numbers, Numbers]:
+    def at(self, parameters: WalkParameters, ahead: float) -> tuple[Complex, Complex, Complex]:
         """Return what a hop `ahead` of the far edge comes to.
 
         It leaves the arc as a hop, lands, or flies on to an edge where it becomes a slide: each
@@ -237,7 +236,7 @@ class _OverExit:
         return share, np.zeros_like(share), here - share * edge
 
 
-def _solve_over(parameters: WalkParameters, kappa: Numbers) -> _OverExit:
+def _solve_over(parameters: WalkParameters, kappa: Complex) -> _OverExit:
     eta = 1.0 / parameters.mean_hop_mm + kappa
     turning = eta + 2.0 * parameters.flip_rate_s / parameters.speed_mm_s
     return _OverExit(kappa, np.sqrt(eta * turning), np.sqrt(eta / turning))
