@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -114,6 +114,8 @@ def _model(comparison: Comparison | None, correlation: Correlation | None) -> An
             }
             for quantity in comparison.quantities
         },
+        "needed_reversals": [asdict(need) for need in comparison.needs],
+        "forecasts": dict(comparison.scores),
         "correlation": None
         if correlation is None
         else {"lag_s": correlation.lag_s.tolist(), "c": correlation.c.tolist()},

@@ -26,7 +26,8 @@ from worm_bringup.tables import (
 )
 from worm_bringup.track_rig import MM, Placed, Placer, TableRig
 from worm_bringup.track_table import POINTS, Rows, TrackTable
-from worm_model.comparison import ModelParameters, can_compare, compare
+from worm_model.comparison import ModelParameters
+from worm_model.trial_model import TrialModel
 from worm_msgs_py import (
     Attempt,
     BodyState,
@@ -45,6 +46,7 @@ from worm_tracker.errors import BadInput
 STRAY = 1.1
 """Heads farther from the centre than this, in units of R, are not in the chamber that they say."""
 MOST_STRAY = 0.5
+MODEL = ModelParameters()
 _NO_CENTROID = "the tracks have no centroid: give centroid_x_mm and centroid_y_mm"
 _NO_WIDTH = "d_w is not known: give a column width_mm, or --width-mm"
 _NO_EXIT = "W is not known: give --exit-width-mm"
@@ -109,14 +111,13 @@ def analyse_tracks(
         quantities=tuple(quantities),
         correlation=run.analysis.correlation(),
     )
-    model = ModelParameters()
-    if can_compare(quantities):
-        trial.comparison, trial.model_correlation = compare(
-            quantities, geometry, run.last_ns, model
-        )
+    run.model.take_summary(quantities, run.last_ns)
+    compared = run.model.finish()
+    if compared is not None:
+        trial.comparison, trial.model_correlation = compared
     source = {"table": table.path.name, "sha256": file_hash(table.path)}
     document = provenance(
-        source, {"rig": _told(rig), "analysis": asdict(parameters), "model": asdict(model)}
+        source, {"rig": _told(rig), "analysis": asdict(parameters), "model": asdict(MODEL)}
     )
     write_summary(out / "summary.json", build_summary(trial, document))
 
@@ -131,6 +132,8 @@ class _Run:
         self._geometry = geometry
         self.analysis = Analysis(parameters)
         self.analysis.set_geometry(geometry)
+        self.model = TrialModel(MODEL)
+        self.model.set_geometry(geometry)
         self.tracks = TrackWriter(out / "tracks.parquet")
         self.contacts = TableWriter(out / "contacts.parquet", CONTACTS)
         self.passages = TableWriter(out / "passages.parquet", PASSAGES)
@@ -145,6 +148,7 @@ class _Run:
         found = []
         for state in states_of(rows, placed):
             observables, events = self.analysis.push(state)
+            self.model.take_state(observables)
             found.append(observables)
             if events:
                 self._write(events)
@@ -175,6 +179,8 @@ class _Run:
                 self.contacts.append(contact_row(event))
             else:
                 self.passages.append(self._passage_row(event))
+            if self._has_centroid or not isinstance(event, Attempt):
+                self.model.take_event(event)
 
     def _passage_row(self, event: Any) -> Row:
         row = passage_row(event)

@@ -1,4 +1,4 @@
-"""Node `model`: runs the boundary walk on each summary of the analysis."""
+"""Node `model`: fits the boundary walk to the trial, forecasts with it and compares it."""
 
 import sys
 from collections import deque
@@ -8,8 +8,9 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import JointState
 
-from worm_model.comparison import ModelParameters, can_compare, compare
-from worm_msgs_py import Geometry, Quantity, convert, topics
+from worm_model.comparison import ModelParameters
+from worm_model.trial_model import TrialModel
+from worm_msgs_py import Comparison, Correlation, Event, Observables, Quantity, convert, topics
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger, read_announcement
 from worm_msgs_py.qos import FLOW
@@ -18,28 +19,31 @@ from worm_msgs_py.worm_node import WormNode
 
 NAME = "model"
 ANALYSIS = "analysis"
+HEARD = (topics.ANALYSIS_STATE, topics.ANALYSIS_EVENTS, topics.ANALYSIS_SUMMARY)
 DESCRIPTIONS = {
-    "walks": "number of walks of the Monte Carlo",
-    "seed": "seed of the Monte Carlo",
     "rule": "what a reversal counts: per_cycle, per_phase or rate",
+    "speed": "the walk's speed: v_b, the mean speed along the wall, or v_w",
     "hop_may_land": "whether a hop that ends above the exit finds it",
     "effective_width": "whether the exit is sqrt(W^2 + h^2) wide",
     "longest_lag_s": "longest lag of the model's C_theta",
     "lag_step_s": "step of its lags",
+    "forecast_interval_s": "time of the stamps between two forecasts",
 }
 """Of the node's parameters, which are the fields of `ModelParameters`, one for one."""
 
 
 class ModelNode(WormNode):
-    """Holds the boundary walk against the trial, anew with each summary.
+    """Runs a `TrialModel` on the graph.
 
     Parameters (read once)
     ----------------------
     Those of `ModelParameters`.
 
-    A summary that can be compared is held back until a geometry has come: R and h are those of the
-    rig and the same in each version. Summaries without an exit, or with nothing measured yet, give
-    no message. When as many summaries have come as the analysis announced, the end is announced.
+    States, events and summaries of the analysis come on topics of their own, in any order. Each
+    state says how many of the others were sent before it, and waits for these: so the model takes
+    everything in the order in which the analysis said it. A summary with an exit waits for a
+    geometry. When all has come that the analysis announced, the last comparison is published again
+    with the joint question's answer, and the end is announced.
 
     Raises
     ------
@@ -50,22 +54,25 @@ class ModelNode(WormNode):
     def __init__(self, **node_arguments: Any):
         super().__init__(NAME, **node_arguments)
         try:
-            self._settings = self._read_parameters()
+            self._model = TrialModel(self._read_parameters())
         except BaseException:
             self.destroy_node()
             raise
-        self._geometry: Geometry | None = None
-        self._waiting: deque[tuple[tuple[Quantity, ...], int]] = deque()
-        self._received = 0
-        self._announced: int | None = None
+        self._states: deque[tuple[Observables, tuple[int, int]]] = deque()
+        self._events: deque[tuple[Event, ...]] = deque()
+        self._summaries: deque[tuple[tuple[Quantity, ...], int]] = deque()
+        self._taken = dict.fromkeys(HEARD, 0)
+        self._announced: dict[str, int] | None = None
         self._done = False
         ledger = self._ledger = Ledger(self)
-        self._comparison, self._correlation = (
+        self._forecast, self._comparison, self._correlation = (
             ledger.publisher(RESULTS[topic][0], topic, RESULTS[topic][1])
-            for topic in (topics.MODEL_COMPARISON, topics.MODEL_CORRELATION)
+            for topic in (topics.MODEL_FORECAST, topics.MODEL_COMPARISON, topics.MODEL_CORRELATION)
         )
         for topic, on_message in (
             (topics.CHAMBER_GEOMETRY, self._on_geometry),
+            (topics.ANALYSIS_STATE, self._on_state),
+            (topics.ANALYSIS_EVENTS, self._on_events),
             (topics.ANALYSIS_SUMMARY, self._on_summary),
         ):
             kind, qos = RESULTS[topic]
@@ -76,7 +83,7 @@ class ModelNode(WormNode):
 
     @property
     def done(self) -> bool:
-        """Whether every summary was taken and the end was announced."""
+        """Whether everything was taken and the end was announced."""
         return self._done
 
     @property
@@ -84,10 +91,16 @@ class ModelNode(WormNode):
         """What is still to come, for people."""
         if self._done:
             return ""
-        if self._waiting:
-            return f"{len(self._waiting)} summaries wait for a geometry"
-        announced = "?" if self._announced is None else self._announced
-        return f"{self._received} of {announced} summaries have come"
+        if self._summaries and self._model.needs_geometry(self._summaries[0][0]):
+            return f"{len(self._summaries)} summaries wait for a geometry"
+        waiting = (len(self._states), len(self._events), len(self._summaries))
+        parts = []
+        for topic, queue in zip(HEARD, waiting, strict=True):
+            come = self._taken[topic] + queue
+            announced = "?" if self._announced is None else self._announced[topic]
+            if come != announced:
+                parts.append(f"{come} of {announced} messages have come on {topic}")
+        return "; ".join(parts)
 
     def _read_parameters(self) -> ModelParameters:
         values = {}
@@ -100,34 +113,73 @@ class ModelNode(WormNode):
     def _on_geometry(self, msg: JointState) -> None:
         geometry = convert.geometry_from_msg(msg)
         if geometry.chambers:
-            self._geometry = geometry
+            self._model.set_geometry(geometry)
             self._take_waiting()
 
+    def _on_state(self, msg: JointState) -> None:
+        self._states.append((convert.observables_from_msg(msg), convert.before_from_msg(msg)))
+        self._take_waiting()
+
+    def _on_events(self, msg: DiagnosticArray) -> None:
+        self._events.append(convert.events_from_msg(msg))
+        self._take_waiting()
+
     def _on_summary(self, msg: DiagnosticArray) -> None:
-        self._received += 1
-        quantities = convert.quantities_from_msg(msg)
-        if can_compare(quantities):
-            self._waiting.append((quantities, convert.stamp_to_ns(msg.header.stamp)))
+        stamp_ns = convert.stamp_to_ns(msg.header.stamp)
+        self._summaries.append((convert.quantities_from_msg(msg), stamp_ns))
         self._take_waiting()
 
     def _on_announcement(self, msg: DiagnosticStatus) -> None:
         name, sent = read_announcement(msg)
         if name == ANALYSIS:
-            self._announced = sent[topics.ANALYSIS_SUMMARY]
-            self._finish_if_whole()
+            self._announced = {topic: sent[topic] for topic in HEARD}
+            self._take_waiting()
 
     def _take_waiting(self) -> None:
-        while self._waiting and self._geometry is not None:
-            quantities, stamp_ns = self._waiting.popleft()
-            comparison, correlation = compare(quantities, self._geometry, stamp_ns, self._settings)
-            self._comparison.publish(convert.comparison_to_msg(comparison))
-            self._correlation.publish(convert.correlation_to_msg(correlation, stamp_ns))
+        while self._states and self._catch_up(*self._states[0][1]):
+            observables, _ = self._states.popleft()
+            self._taken[topics.ANALYSIS_STATE] += 1
+            forecast = self._model.take_state(observables)
+            if forecast is not None:
+                self._forecast.publish(convert.forecast_to_msg(forecast))
         self._finish_if_whole()
 
+    def _catch_up(self, events: int, summaries: int) -> bool:
+        """Take the events and summaries that come next; return whether there are so many yet.
+
+        Between two states the analysis sends its events before its summary.
+        """
+        while self._taken[topics.ANALYSIS_EVENTS] < events:
+            if not self._events:
+                return False
+            self._taken[topics.ANALYSIS_EVENTS] += 1
+            for event in self._events.popleft():
+                self._model.take_event(event)
+        while self._taken[topics.ANALYSIS_SUMMARY] < summaries:
+            if not self._summaries or self._model.needs_geometry(self._summaries[0][0]):
+                return False
+            self._taken[topics.ANALYSIS_SUMMARY] += 1
+            self._publish(self._model.take_summary(*self._summaries.popleft()))
+        return True
+
+    def _publish(self, results: tuple[Comparison, Correlation] | None) -> None:
+        if results is None:
+            return
+        comparison, correlation = results
+        self._comparison.publish(convert.comparison_to_msg(comparison))
+        stamp_ns = comparison.stamp_ns
+        self._correlation.publish(convert.correlation_to_msg(correlation, stamp_ns))
+
     def _finish_if_whole(self) -> None:
-        if self._done or self._waiting or self._received != self._announced:
+        announced = self._announced
+        if self._done or announced is None:
+            return
+        if self._taken[topics.ANALYSIS_STATE] != announced[topics.ANALYSIS_STATE]:
+            return
+        if not self._catch_up(*(announced[topic] for topic in HEARD[1:])):
             return
         self._done = True
+        self._publish(self._model.finish())
         self._ledger.announce()
 
 
