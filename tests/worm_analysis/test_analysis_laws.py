@@ -76,7 +76,7 @@ def test_theta_h_is_unwrapped_over_many_turns():
 
 def test_a_body_that_trails_a_counter_clockwise_head_has_positive_psi_b():
     """docs/science.md: psi_b > 0 <=> counter-clockwise, whatever the paper's text says."""
-    t = np.arange(0, 60, 0.05)
+    t = np.arange(0, 150, 0.05)
     for turn in (0.2, -0.2):
         r = np.full(len(t), R - THRESHOLD / 3)
         head = track_from_polar(t, r, turn * t, np.zeros(len(t)))

@@ -15,6 +15,8 @@ from worm_msgs_py import Correlation, Quantity
 Floats = NDArray[np.float64]
 
 SHORTEST_TRACK_IN_T_PER = 5.0
+FEWEST_BLOCKS_AT_LAG = 3
+NORMAL = 1.959964
 CELLS_AT_ONCE = 1024
 """Bounds the memory of the table of pairs."""
 
@@ -116,15 +118,21 @@ class SignCorrelation:
         """Return one standard error at each lag from blocks of time; NaN with fewer than eight.
 
         The largest one over all lengths of blocks is taken, as blocks shorter than the correlation
-        time make it too small.
+        time make it too small. Long lags may have pairs in a few blocks only: the error is widened
+        by Student's law, so that 1.96 of it make a 95 % interval, and NaN with fewer than three.
         """
         c, pairs = self.curve()
         worst = np.full(len(c), np.nan)
+        unknown = np.zeros(len(c), dtype=np.bool_)
         for rows in self._blocks.levels():
-            residual, k = self._residuals(rows, c), len(rows)
-            squares = np.sum(residual**2, axis=0) * (k / (k - 1))
-            error = np.divide(np.sqrt(squares), pairs, out=np.full(len(c), np.nan), where=pairs > 0)
-            worst = np.fmax(worst, error)
+            k = np.count_nonzero(rows[:, len(c) :], axis=0)
+            few = k < FEWEST_BLOCKS_AT_LAG
+            k = np.maximum(k, FEWEST_BLOCKS_AT_LAG)
+            squares = np.sum(self._residuals(rows, c) ** 2, axis=0) * (k / (k - 1))
+            error = np.sqrt(squares) / np.maximum(pairs, 1)
+            worst = np.fmax(worst, error * stdtrit(k - 1, 0.975) / NORMAL)
+            unknown |= few
+        worst[unknown] = np.nan
         return worst
 
     def persistence_time(self, minimum_n: int) -> Quantity:

@@ -23,8 +23,8 @@ class AnalysisParameters:
     theta_dot_window_s : float
         Δt of θ̇_h = Δθ_h/Δt (paper: 1 s).
     mean_window_s : float
-        v_b and ψ_b are averaged over this time for v_b = v_w sin⟨ψ_b⟩: longer than a stroke, short
-        beside t_per.
+        v_b and ψ_b are averaged over this time for v_b = v_w sin⟨ψ_b⟩: one undulatory stroke (the
+        paper's T_T = 12 s), which sways the body.
     min_head_certainty : float
         A frame less certain of which end is the head than this counts for nothing: 0.5 takes all.
     incidence_window_s : float
@@ -55,7 +55,7 @@ class AnalysisParameters:
     body_width_m: float | None = None
     min_episode_s: float = 0.0
     theta_dot_window_s: float = 1.0
-    mean_window_s: float = 5.0
+    mean_window_s: float = 12.0
     min_head_certainty: float = 0.9
     incidence_window_s: float = 0.1
     max_gap_s: float = 0.5

@@ -20,9 +20,9 @@ class SpeedLaw:
     """Sums over windows of time of the mean of v_b and the sine of the mean of ψ_b.
 
     The paper fits the line to the means of whole trials (Fig. 4c). Within one trial the body turns
-    round, so means are taken over windows that are short beside t_per and long beside the
-    peristaltic stroke; frame by frame, the strokes' swing of ψ_b, which does not change the speed,
-    would flatten the line. A window ends at every gap and with every visit.
+    round, so means are taken over windows of one undulatory stroke, short beside t_per; frame by
+    frame, the stroke's sway of ψ_b, which does not change the speed, would flatten the line. A
+    window ends at every gap and with every visit.
 
     Parameters
     ----------

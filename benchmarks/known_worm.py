@@ -1,0 +1,233 @@
+"""A worm whose laws are known: what it does, event by event, and the states that a film would give.
+
+Slides, hops and reversals are those of the boundary walk, drawn one by one; every slide that meets
+the exit and every hop that lands in it is an attempt, which succeeds with a fixed chance and
+otherwise turns back at a depth of known law. Nothing here is shared with `worm_analysis`.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_msgs_py import BodyState, Chamber, Geometry, Keypoint, Status, Where
+
+Floats = NDArray[np.float64]
+
+R = 0.01
+WIDTH = 4e-4
+THRESHOLD = 0.3 * WIDTH
+NAMES = ("chamber_a", "chamber_b")
+IN_CHAMBER = (Where.CHAMBER_A, Where.CHAMBER_B)
+BODY_M, PAUSE_S, PASSING_S = 5e-3, 0.7, 2.5
+STROKE_S, STRETCHING_M_S = 0.4, 3e-3
+
+
+@dataclass(frozen=True)
+class KnownWorm:
+    """Its parameters, SI units."""
+
+    speed: float = 2.02e-3
+    d_c: float = 1.95e-3
+    d_nc: float = 1.46e-3
+    delta_r_h: float = 1.14e-3
+    reversal: float = 0.0313
+    """Chance of turning round after a hop."""
+    exit_width: float = 1e-3
+    success: float = 0.6
+    beta: float = 500.0
+    even: float = 0.15
+    """Share of the failures that turn back anywhere up to `deepest`."""
+    deepest: float = 8e-3
+    touching: float = 0.9
+    elongating: float = 0.87
+    lean: float = float(np.radians(32))
+    sway: float = 0.1
+    """Of the body, rad: once in 12 s, and as much noise; the speed does not follow it."""
+
+    @property
+    def half_arc(self) -> float:
+        """Half of the exit's arc, rad."""
+        return float(np.arcsin(self.exit_width / 2 / R))
+
+    @property
+    def geometry(self) -> Geometry:
+        """Its rig."""
+        chambers = tuple(
+            Chamber(name, 300.0, 500.0, 200.0, 0.2, R, exit_width_m=self.exit_width)
+            for name in NAMES
+        )
+        return Geometry(1, 0, 1700, 800, chambers)
+
+
+@dataclass
+class Search:
+    """A way along the wall: knots (one more than phases) of time and θ, and each phase's depth."""
+
+    chamber: int
+    first: bool
+    """Whether it begins a visit."""
+    t: Floats
+    theta: Floats
+    depth: Floats
+    skips: int
+
+
+@dataclass
+class Try:
+    """An attempt at the exit; `x_p` counts from where the circle bulges over the mouth."""
+
+    chamber: int
+    start: float
+    success: bool
+    x_p: float = 0.0
+    touching: bool = False
+    elongating: bool = False
+
+    def duration(self, speed: float) -> float:
+        """Return how long it takes, s."""
+        return PASSING_S if self.success else 2 * self.x_p / speed + PAUSE_S
+
+
+def life(worm: KnownWorm, seed: int | tuple[int, ...], until_s: float) -> Iterator[Search | Try]:
+    """Yield searches and attempts in turn, until a search ends after `until_s`."""
+    rng = np.random.default_rng(seed)
+    chamber, time, first = 0, 0.0, True
+    theta, direction = rng.uniform(worm.half_arc, 2 * np.pi - worm.half_arc), 1
+    direction = int(rng.choice([-1, 1]))
+    while True:
+        search = _search(worm, rng, chamber, time, theta, direction, until_s)
+        search.first = first
+        yield search
+        time = float(search.t[-1])
+        if time >= until_s:
+            return
+        attempt = _attempt(worm, rng, chamber, time)
+        yield attempt
+        time += attempt.duration(worm.speed)
+        first = attempt.success
+        direction = int(rng.choice([-1, 1]))
+        theta = direction * worm.half_arc * (1 + 1e-9)
+        if attempt.success:
+            chamber = 1 - chamber
+            theta = rng.uniform(worm.half_arc, 2 * np.pi - worm.half_arc)
+
+
+def _search(worm, rng, chamber, time, theta, direction, until_s):
+    t, angles, depth = [time], [theta], []
+    sliding, found, skips, turn = True, False, 0, 2 * np.pi
+    while not found and time < until_s:
+        angle = rng.exponential(worm.d_c if sliding else worm.d_nc) / R
+        end = theta + direction * angle
+        if sliding:
+            nearest = turn * (np.floor(theta / turn) + (direction > 0)) - direction * worm.half_arc
+            found = direction * (end - nearest) >= 0
+            end = nearest if found else end
+        else:
+            found = abs(np.angle(np.exp(1j * end))) <= worm.half_arc
+            if not found:
+                skips += int(abs(np.floor(end / turn) - np.floor(theta / turn)))
+        time += abs(end - theta) * R / worm.speed
+        theta = end
+        t.append(time)
+        angles.append(theta)
+        depth.append(0.1 * WIDTH if sliding else THRESHOLD + rng.exponential(worm.delta_r_h))
+        if not sliding and rng.random() < worm.reversal:
+            direction = -direction
+        sliding = not sliding
+    return Search(chamber, False, np.array(t), np.array(angles), np.array(depth), skips)
+
+
+def _attempt(worm, rng, chamber, time):
+    success = rng.random() < worm.success
+    if rng.random() < worm.even:
+        x_p = rng.uniform(0, worm.deepest)
+    else:
+        reach = -np.expm1(-worm.beta * worm.deepest)
+        x_p = -np.log1p(-rng.random() * reach) / worm.beta
+    touching, elongating = rng.random() < worm.touching, rng.random() < worm.elongating
+    return Try(chamber, time, success, float(x_p), touching, elongating)
+
+
+def film(worm: KnownWorm, seed: int, duration_s: float, rate_hz: float) -> Iterator[BodyState]:
+    """Yield the states that a tracker without error gives of it."""
+    rng = np.random.default_rng((seed, 1))
+    frame = 0
+    length_noise = 5e-5
+    for event in life(worm, seed, duration_s):
+        end = event.t[-1] if isinstance(event, Search) else event.start + event.duration(worm.speed)
+        last = int(np.ceil(end * rate_hz))
+        t = np.arange(frame, last) / rate_hz
+        if not len(t):
+            continue
+        length = 0.02 + rng.normal(0, length_noise, len(t))
+        if isinstance(event, Search):
+            columns = _along_wall(worm, event, t, rng)
+        elif event.success:
+            columns = _through(event, t)
+        else:
+            columns = _in_and_out(worm, event, t, length)
+        for row in zip(t.tolist(), length.tolist(), *columns, strict=True):
+            yield _state(frame, *row)
+            frame += 1
+
+
+def _along_wall(worm, search, t, rng):
+    phase = np.clip(np.searchsorted(search.t, t, side="right") - 1, 0, len(search.depth) - 1)
+    heading = np.sign(np.diff(search.theta))[phase]
+    theta = np.interp(t, search.t, search.theta)
+    r = R - np.minimum(search.depth[phase], 0.9 * R)
+    if search.first:
+        r[0] = R - 3e-3  # it comes from the passage to the wall
+    sway = worm.sway * (np.sin(2 * np.pi * t / 12) + rng.normal(0, 1, len(t)))
+    direction = theta + heading * worm.lean + sway
+    head = r * np.exp(1j * theta)
+    centroid = head - BODY_M * np.exp(1j * direction)
+    chamber = np.full(len(t), search.chamber)
+    return chamber, np.zeros(len(t), bool), head, centroid, direction
+
+
+def _in_and_out(worm, attempt, t, length):
+    since, way = t - attempt.start, attempt.x_p / worm.speed
+    depth = worm.speed * np.clip(np.minimum(since, 2 * way + PAUSE_S - since), 0, way)
+    turn = attempt.start + way
+    sign = 1 if attempt.elongating else -1
+    stretching = (t > turn - STROKE_S) & (t < turn + 0.05)
+    length[stretching] += sign * STRETCHING_M_S * (t - turn)[stretching]
+    y = worm.exit_width / 2 - 0.4 * THRESHOLD if attempt.touching else 0.0
+    mouth = R * np.cos(worm.half_arc)
+    x = mouth + (R - mouth) + 1e-9 + depth
+    head = x + 1j * y
+    centroid = np.full(len(t), R - BODY_M, dtype=complex)
+    chamber = np.full(len(t), attempt.chamber)
+    return chamber, np.ones(len(t), bool), head, centroid, np.zeros(len(t))
+
+
+def _through(attempt, t):
+    part = (t - attempt.start) / PASSING_S
+    there = part > 0.7
+    x = R + 1e-9 + np.where(there, 8e-3, 14e-3 * part / 0.7)
+    head = x + 0j
+    centroid = head - np.where(there, 2e-3, BODY_M)
+    chamber = np.where(there, 1 - attempt.chamber, attempt.chamber)
+    return chamber, np.ones(len(t), bool), head, centroid, np.zeros(len(t))
+
+
+def _state(frame, t, length, chamber, passing, head, centroid, yaw):
+    head, centroid = complex(head), complex(centroid)
+    return BodyState(
+        frame=frame,
+        stamp_ns=round(t * 1e9),
+        frame_id=NAMES[chamber],
+        where=Where.PASSAGE if passing else IN_CHAMBER[chamber],
+        status=Status.TRACKED,
+        geometry=1,
+        confidence=1.0,
+        head_certainty=1.0,
+        head=Keypoint(0.0, 0.0, head.real, head.imag, float(yaw)),
+        centroid=Keypoint(0.0, 0.0, centroid.real, centroid.imag),
+        tail=Keypoint(0.0, 0.0, 0.0, 0.0),
+        length_m=length,
+        width_m=WIDTH,
+    )
