@@ -1,0 +1,171 @@
+"""`worm model`: what the boundary walk says, without a trial."""
+
+import json
+from math import isnan, radians
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from worm_model.boundary_walk import ReversalRule, WalkParameters
+from worm_model.walk_figures import write_figure
+from worm_model.walk_state import Direction, Phase, WalkState
+from worm_model.walk_summary import CONVENTIONS, NO_FALL, WalkSummary, summarise
+from worm_tracker.errors import BadInput
+
+_WALK = "The walk"
+_RIG = "The rig"
+_START = "The start"
+_DEFAULTS = WalkParameters()
+
+model = typer.Typer(
+    name="model", help="Ask the boundary walk, solved exactly.", no_args_is_help=True
+)
+
+
+@model.command()
+def solve(
+    width_mm: Annotated[
+        float, typer.Option(help="Width W of the exit.", rich_help_panel=_RIG)
+    ] = _DEFAULTS.exit_width_mm,
+    radius_mm: Annotated[
+        float, typer.Option(help="Radius R of the chamber.", rich_help_panel=_RIG)
+    ] = _DEFAULTS.radius_mm,
+    depth_mm: Annotated[
+        float, typer.Option(help="Depth h of the chamber.", rich_help_panel=_RIG)
+    ] = _DEFAULTS.depth_mm,
+    effective_width: Annotated[
+        bool, typer.Option(help="Take the exit as √(W² + h²) wide, or as W.", rich_help_panel=_RIG)
+    ] = _DEFAULTS.effective_width,
+    speed: Annotated[
+        float, typer.Option(help="Speed along the wall, mm/s.", rich_help_panel=_WALK)
+    ] = _DEFAULTS.speed_mm_s,
+    slide: Annotated[
+        float, typer.Option(help="Mean d_c, mm.", rich_help_panel=_WALK)
+    ] = _DEFAULTS.mean_slide_mm,
+    hop: Annotated[
+        float, typer.Option(help="Mean d_nc, mm.", rich_help_panel=_WALK)
+    ] = _DEFAULTS.mean_hop_mm,
+    reversal: Annotated[
+        float,
+        typer.Option(help="Share of reversals; with --rule rate, per s.", rich_help_panel=_WALK),
+    ] = _DEFAULTS.reversal,
+    rule: Annotated[
+        ReversalRule, typer.Option(help="What a reversal counts.", rich_help_panel=_WALK)
+    ] = _DEFAULTS.rule,
+    hop_may_land: Annotated[
+        bool, typer.Option(help="A hop that ends above the exit finds it.", rich_help_panel=_WALK)
+    ] = _DEFAULTS.hop_may_land,
+    theta_deg: Annotated[
+        float | None,
+        typer.Option(
+            help="Start at an angle from the exit's middle, counter-clockwise positive; without "
+            "it, anywhere on the wall.",
+            rich_help_panel=_START,
+        ),
+    ] = None,
+    direction: Annotated[
+        Direction | None, typer.Option(help="Needs --theta-deg.", rich_help_panel=_START)
+    ] = None,
+    phase: Annotated[
+        Phase | None,
+        typer.Option(help="Needs --theta-deg; without it, slide.", rich_help_panel=_START),
+    ] = None,
+    at_s: Annotated[
+        list[float] | None,
+        typer.Option(help="Time of the survival function; may be given several times."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+) -> None:
+    """Solve one walk exactly: mean and sd of τ_h, skips, survival, t_per.
+
+    Try it: `worm model solve --width-mm 2 --reversal 0.45 --at-s 10 --at-s 30`, or from a state:
+    `worm model solve --theta-deg -90 --direction ccw`.
+    """
+    try:
+        parameters = WalkParameters(
+            radius_mm=radius_mm,
+            exit_width_mm=width_mm,
+            depth_mm=depth_mm,
+            speed_mm_s=speed,
+            mean_slide_mm=slide,
+            mean_hop_mm=hop,
+            reversal=reversal,
+            rule=rule,
+            hop_may_land=hop_may_land,
+            effective_width=effective_width,
+        )
+        summary = summarise(parameters, _start(theta_deg, direction, phase), at_s or ())
+    except ValueError as error:
+        raise BadInput(f"the walk cannot be solved: {error}") from None
+    if as_json:
+        document = summary.document()
+        typer.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        Console().print(_table(summary))
+
+
+@model.command()
+def figure(
+    out: Annotated[Path, typer.Option(help="File to write: .svg, .png or .pdf.")],
+    rule: Annotated[
+        ReversalRule, typer.Option(help="What the 45 % of reversals count: per_cycle or per_phase.")
+    ] = ReversalRule.PER_CYCLE,
+    hop_may_land: Annotated[
+        bool, typer.Option(help="A hop that ends above the exit finds it.")
+    ] = True,
+) -> None:
+    """Draw the paper's Figs 5 and 6 from the model, with bands for 35-55 % of reversals."""
+    try:
+        write_figure(out, rule, hop_may_land=hop_may_land)
+    except ValueError as error:
+        raise BadInput(str(error)) from None
+    except OSError as error:
+        raise BadInput(f"{out}: cannot be written: {error.strerror}") from None
+    typer.echo(f"Figure: {out}")
+
+
+def _start(
+    theta_deg: float | None, direction: Direction | None, phase: Phase | None
+) -> WalkState | None:
+    if theta_deg is None:
+        if direction is not None or phase is not None:
+            raise ValueError("--direction and --phase are of a state: give --theta-deg too")
+        return None
+    if direction is None:
+        raise ValueError("a state has a direction: give --direction cw or ccw too")
+    return WalkState(radians(theta_deg), direction, phase or Phase.SLIDE)
+
+
+def _table(summary: WalkSummary) -> Table:
+    """Return the numbers, then what they rest on."""
+    walk = summary.parameters
+    table = Table("", "value", "", title="boundary walk, exact")
+    low_s, median_s, high_s = summary.quantiles_s
+    table.add_row("mean τ_h", f"{summary.mean_s:.4g} s", CONVENTIONS["tau_h"])
+    table.add_row("sd of τ_h", f"{summary.sd_s:.4g} s", "")
+    table.add_row("median, 90 % interval", f"{median_s:.4g} s", f"{low_s:.4g} to {high_s:.4g} s")
+    table.add_row("skips", f"{summary.skips:.4g}", CONVENTIONS["skips"])
+    for t_s, survival in zip(summary.at_s, summary.survival, strict=True):
+        table.add_row(f"not found by {t_s:g} s", f"{survival:.4g}", "probability")
+    t_per = ("–", NO_FALL) if isnan(summary.t_per_s) else (f"{summary.t_per_s:.4g} s", "")
+    table.add_row("t_per", t_per[0], t_per[1] or CONVENTIONS["t_per"], end_section=True)
+    start = "uniform", CONVENTIONS["start"]
+    if summary.start is not None:
+        at = summary.document()["start"]
+        start = f"{at['theta_deg']:g}°, {at['direction']}, {at['phase']}", CONVENTIONS["theta"]
+    table.add_row("start", *start)
+    per = {"per_cycle": "per slide and hop", "per_phase": "per slide and per hop", "rate": "1/s"}
+    arc = "√(W² + h²)" if walk.effective_width else "W"
+    lands = "a hop may land in it" if walk.hop_may_land else "a hop never lands in it"
+    for name, value, remark in (
+        ("R, W, h", f"{walk.radius_mm:g}, {walk.exit_width_mm:g}, {walk.depth_mm:g} mm", ""),
+        ("exit's arc", f"{walk.exit_arc_mm:.4g} mm", f"{arc}; {lands}"),
+        ("speed", f"{walk.speed_mm_s:g} mm/s", ""),
+        ("mean slide, hop", f"{walk.mean_slide_mm:g}, {walk.mean_hop_mm:g} mm", "exponential"),
+        ("reversal", f"{walk.reversal:g}", f"{per[walk.rule]} ({walk.rule})"),
+    ):
+        table.add_row(name, value, remark)
+    return table
