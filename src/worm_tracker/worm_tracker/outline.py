@@ -14,6 +14,8 @@ Complex = NDArray[np.complex128]
 POINTS = 65
 """Points of a midline."""
 CANDIDATES = 6
+PER_WIDTH = 7
+"""Steps of the outline in a width."""
 _SIDE = np.linspace(0.0, 1.0, POINTS)
 
 
@@ -125,7 +127,9 @@ def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None)
     i, j = best
     # The loop's points are at equal steps: half of these go one way round, half the other.
     at = np.concatenate([i + (j - i) * _SIDE, i + n - (i + n - j) * _SIDE])
-    sides = np.interp(at, np.arange(i + n + 1), np.concatenate([loop, loop[: i + 1]]))
+    k = at.astype(np.int64)
+    part = at - k
+    sides = (1 - part) * loop.take(k, mode="wrap") + part * loop.take(k + 1, mode="wrap")
     points = (sides[:POINTS] + sides[POINTS:]) / 2
     # The outline runs through the centres of edge pixels: half a pixel is missing all round.
     area = abs(oriented) + len(contour) / 2
@@ -147,17 +151,18 @@ def _bend(points: Complex) -> float:
 
 def _smooth_loop(contour: NDArray[np.int32], width: float) -> tuple[Complex, float]:
     """Return the outline at equal steps, its pixel stairs smoothed away, and the step."""
-    closed = np.empty(len(contour) + 1, np.complex128)
-    closed.real[:-1], closed.imag[:-1] = contour[:, 0], contour[:, 1]
-    closed[-1] = closed[0]
+    fine = max(1.0, width / PER_WIDTH)
+    closed = as_complex(np.concatenate([contour[:: int(fine)], contour[:1]]).astype(np.float64))
     s = arc(closed)
     length = float(s[-1])
-    count = max(16, round(length / max(1.0, width / 8)))
+    count = max(16, round(length / fine))
     spacing = length / count
-    loop = np.interp(spacing * np.arange(count), s, closed)
     sigma = max(0.12 * width / spacing, 0.8)
     pad = min(int(3 * sigma) + 2, count)
-    return smooth_along(np.concatenate([loop[-pad:], loop, loop[:pad]]), sigma, pad), spacing
+    at = spacing * np.arange(-pad, count + pad)
+    at[:pad] += length
+    at[count + pad :] -= length
+    return smooth_along(np.interp(at, s, closed), sigma, pad), spacing
 
 
 def _ends(loop: Complex, step: int, sign: float) -> tuple[Floats, NDArray[np.int64]]:
@@ -170,10 +175,9 @@ def _ends(loop: Complex, step: int, sign: float) -> tuple[Floats, NDArray[np.int
     around = np.concatenate([loop[n - pad :], loop, loop[:pad]])
     chord = around[step:] - around[:-step]
     turned = chord[step:] * chord[:-step].conj()
-    signed = sign * np.arctan2(turned.imag, turned.real)
+    signed = np.arctan2(sign * turned.imag, turned.real).astype(np.float32)
     # Past a half turn (a thin tail) the angle wraps: a sharp end is convex, never concave.
     signed[signed < -2.6] += 2 * np.pi
-    signed = signed.astype(np.float32)
     top = cv2.dilate(signed[None], np.ones((1, 2 * step + 1), np.uint8))[0]
     turn = signed[step : step + n]
     peaks = np.flatnonzero((turn == top[step : step + n]) & (turn > 0.6))
@@ -186,8 +190,10 @@ def _best_pair(
     """Return the pair of candidates that make the most likely worm, in the outline's order."""
     best, most = None, -inf
     n = len(loop)
-    sharpness = np.minimum(turn[ends], 2.6).tolist()
     where = ends.tolist()
+    if len(where) == 2:  # nearly always: there is nothing to choose from
+        return min(where), max(where)
+    sharpness = np.minimum(turn[ends], 2.6).tolist()
     away = [[0.0, 0.0]] * len(where)
     if last is not None:
         tips = as_complex(last[[0, -1]])

@@ -16,8 +16,9 @@ from worm_tracker.outline import Complex, Floats, arc
 
 FAN = np.radians(np.arange(-72.0, 72.1, 6.0))
 """Directions in which the outermost point of an end is looked for, about the midline's."""
-FAN_POWER = 30
-REACH = 2.4
+FAN_DOUBLINGS = 5
+"""How often a distance is squared to give a ray's weight: its 32nd power."""
+REACH = 1.8
 """Length of a ray, in widths."""
 BASE, BEND = 0.3, 0.4
 """How far from its ends a midline is left for the fan, and how far apart three points are that
@@ -91,7 +92,9 @@ def _farthest(distances: Floats, found: NDArray[np.bool_]) -> tuple[float, float
     """Return direction and distance of the outermost edge on a fan; None where edges are rare."""
     if np.count_nonzero(found) < len(FAN) // 2:
         return None
-    weight = (distances / distances.max()) ** FAN_POWER  # zero where nothing was found
+    weight = distances / distances.max()  # zero where nothing was found
+    for _ in range(FAN_DOUBLINGS):
+        weight *= weight
     angle = float((weight @ FAN) / weight.sum())
     return angle, float(np.interp(angle, FAN[found], distances[found]))
 

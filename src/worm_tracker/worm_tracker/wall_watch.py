@@ -57,6 +57,7 @@ class WallWatch:
         v = (points[:, 1:] + normals[:, 1:] * t).astype(np.float32)
         h, w = picture.shape
         self._in_view = ((u >= 0) & (v >= 0) & (u <= w - 1) & (v <= h - 1)).all(1)
+        self._all_in_view = bool(self._in_view.all())
         self._u, self._v = u, v
         profiles = self._profiles(picture)
         self._water = profiles[:, :2].mean(1)
@@ -77,16 +78,19 @@ class WallWatch:
         if self._dark > 0.9:
             return False
         edges, valid = self._edges(picture)
-        new = valid & np.isnan(self._start)
+        known = ~np.isnan(self._start)
+        seen = valid & known
         outward = valid & (edges - self._start > self._least)
         for wall in self._walls:
             here = slice(wall.first, wall.last)
-            seen = int(np.count_nonzero(valid[here] & ~new[here]))
-            if seen < MIN_VALID * (wall.last - wall.first):
+            count = np.count_nonzero(seen[here])
+            if count < MIN_VALID * (wall.last - wall.first):
                 continue
-            if np.count_nonzero(outward[here]) >= MIN_PART * seen:
+            if np.count_nonzero(outward[here]) >= MIN_PART * count:
                 return True
-        self._start[new] = edges[new]
+        if not known.all():
+            new = valid & ~known
+            self._start[new] = edges[new]
         return False
 
     def _profiles(self, picture: Picture) -> NDArray[np.float32]:
@@ -96,11 +100,20 @@ class WallWatch:
     def _edges(self, picture: Picture) -> tuple[Floats, NDArray[np.bool_]]:
         """Return how far the light reaches along each normal, and which points can be judged."""
         profiles = self._profiles(picture)
-        water = profiles[:, :2].mean(1)
-        gain = float(np.median(water[self._in_view] / self._water[self._in_view]))
-        valid = self._in_view & (water > COVERED * gain * self._water)
-        bright = (profiles / np.maximum(water, 1.0)[:, None] - self._dark) / (1 - self._dark)
-        return np.clip(bright, 0.0, 1.1).sum(1, dtype=np.float64), valid
+        water = (profiles[:, 0] + profiles[:, 1]) / 2
+        relative = water / self._water
+        gain = _middle(relative if self._all_in_view else relative[self._in_view])
+        valid = self._in_view & (relative > COVERED * gain)
+        bright = profiles / np.maximum(water, 1.0)[:, None]
+        bright -= self._dark
+        bright /= 1 - self._dark
+        np.minimum(np.maximum(bright, 0.0, out=bright), 1.1, out=bright)
+        return bright.sum(1, dtype=np.float64), valid
+
+
+def _middle(values: NDArray[np.floating]) -> float:
+    """Return the (upper) median; NumPy's own takes many times as long for so few values."""
+    return float(np.sort(values)[len(values) // 2]) if len(values) else 1.0
 
 
 def _watched(geometry: Geometry) -> tuple[Floats, Floats, list[_Wall]]:
