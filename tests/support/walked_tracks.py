@@ -135,13 +135,20 @@ def slides_and_hops(seed, duration_s, rate_hz):
     return track_from_polar(t, r, np.interp(t, times, angles), psi_b)
 
 
-def rough_track(seed, n=500):
-    """Anything that can happen: uneven times, frames without a head, gaps, changes of chamber."""
+def rough_track(seed, n=500, hops=False):
+    """Anything that can happen: uneven times, frames without a head, gaps, changes of chamber.
+
+    With hops the head goes round and round, and leaves the wall for a few frames again and again.
+    """
     rng = np.random.default_rng(seed)
     t = np.cumsum(rng.uniform(0.01, 0.08, n) + rng.choice([0, 0.3, 2.0], n, p=[0.97, 0.02, 0.01]))
     chance = rng.choice([0.0, 0.0, 0.02, 0.1])
     theta = np.cumsum(rng.normal(0.01, 0.05, n)) + rng.uniform(-3, 3)
     depth = np.abs(np.cumsum(rng.normal(0, 8e-5, n)))
+    if hops:
+        theta = np.cumsum(rng.normal(0.04, 0.03, n))
+        touching = np.repeat(np.arange(n) % 2 == 0, rng.integers(1, 7, n))[:n]
+        depth = np.where(touching, 0.3 * THRESHOLD, rng.uniform(1.5, 60, n) * THRESHOLD)
     r = np.clip(R - depth, 1e-3, R * (1 - 1e-6))
     track = track_from_polar(t, r, theta, rng.normal(0, 0.8, n), body=2e-3)
     track.width[:] = BODY_WIDTH * rng.uniform(0.8, 1.2, n)
