@@ -22,6 +22,7 @@ LOW = 0.25
 """Fraction of the body's level below which there is no body."""
 BESIDE = 3
 """Samples at a line's far end that tell what darkens the water there."""
+_HALF_MEAN = np.full(BESIDE, 0.5 / BESIDE, np.float32)
 
 
 @cache
@@ -76,26 +77,32 @@ def edges(profiles: Profiles, level: Profiles, width: float) -> tuple[Floats, ND
     found : ndarray of bool, shape (n,)
     """
     count, size = profiles.shape
-    inside = max(1, round(PLATEAU * width / STEP_PX))
+    inside = min(max(1, round(PLATEAU * width / STEP_PX)), size - 1)
     flat, row = profiles.reshape(-1), _rows(count, size)
     low = LOW * level
     foot = (profiles < low[:, None]).argmax(axis=1)
-    top = row + np.maximum(foot - inside, 0)
-    plateau = (flat.take(top) + flat.take(np.maximum(top - 1, row))) / 2
+    top = np.maximum(foot - inside, 0)
+    top += row
+    plateau = flat.take(top)
+    plateau += flat.take(np.maximum(top - 1, row))
     # Never above the body's own level: a bright rim must not narrow the body.
-    half = 0.5 * np.minimum(np.maximum(plateau, 2 * low), level)
+    half = np.minimum(np.maximum(plateau / 4, low), level / 2)
     # What darkens the water beside the body, a reflection say, is no part of it.
-    beside = profiles[:, size - BESIDE :].sum(axis=1)
-    half += np.where(beside < BESIDE * low, beside / (2 * BESIDE), 0)
+    beside = profiles[:, size - BESIDE :] @ _HALF_MEAN
+    beside *= beside < low / 2
+    half += beside
     # The signal falls through half the height between the plateau and the foot.
-    near = flat.take(top[:, None] + _counting(min(inside, size - 1) + 1))
+    near = flat.take(top[:, None] + _counting(inside + 1))
     at = top + (near < half[:, None]).argmax(axis=1)
-    found = (foot > 0) & (at > row)
-    at = np.maximum(at, row + 1)
-    high, below = flat.take(at - 1), flat.take(at)
-    part = (high - half) / np.maximum(high - below, 1e-6)
-    part = np.minimum(np.maximum(part, 0.0), 1.0)
-    return np.where(found, (at - row - 1 + part) * STEP_PX, 0.0), found
+    found = foot > 0
+    found &= at > row
+    np.maximum(at, row + 1, out=at)
+    high = flat.take(at - 1)
+    part = (high - half) / np.maximum(high - flat.take(at), 1e-6)
+    np.minimum(np.maximum(part, 0.0, out=part), 1.0, out=part)
+    distances = (at - row - 1 + part) * STEP_PX
+    distances *= found
+    return distances, found
 
 
 @cache
