@@ -153,6 +153,15 @@ def test_intervals_that_touch_agree_and_no_needs_give_no_answer():
     assert agreements([]) == ()
 
 
+def test_the_answer_in_words_names_what_is_held_and_what_is_not():
+    (some,) = agreements(needs_of((0.3, 0.5), (0.4, 0.6), (0.7, 0.8)))
+    assert some.in_words() == "reversals per cycle at v_w: 0.4 to 0.5 gives 0, 1, but not 2"
+    (every,) = agreements([NeededReversal("rate", "v_b", "tau_h", NAN, 0.02, float("inf"))])
+    assert every.in_words() == "a rate of reversals at v_b: 0.02/s or more gives tau_h"
+    (none,) = agreements([NeededReversal("per_phase", "v_b", "tau_h")])
+    assert none.in_words() == "reversals per phase at v_b: no reversal gives any of tau_h"
+
+
 @given(st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1)).map(sorted), min_size=1, max_size=7))
 def test_what_is_held_has_a_common_value_and_nothing_larger_has(intervals):
     (found,) = agreements(needs_of(*intervals))

@@ -89,3 +89,15 @@ def test_an_entry_into_the_other_exit_ends_no_escape():
     times.push(attempt("chamber_b", 50, 52, True))
     assert times.escapes == 0
     assert np.isnan(times.lost_s)
+
+
+def test_trials_one_after_the_other_add_up():
+    times = EscapeTimes()
+    times.push(visit("chamber_a", 0, 30, 30.0))
+    times.end_trial(50 * S)
+    times.push(attempt("chamber_a", 60, 61, True))
+    assert times.escapes == 0, "the search before it was another trial's"
+    times.push(visit("chamber_a", 100, 120, 20.0))
+    times.push(attempt("chamber_a", 120, 121, True))
+    times.end_trial(130 * S)
+    assert times.mean_s(0)[0] == pytest.approx(50 + 20)

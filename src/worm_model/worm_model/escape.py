@@ -100,6 +100,12 @@ class EscapeTimes:
         under_way = (now_ns - self._since[1]) * NS if self._since else 0.0
         return exponential_mean(self.escapes, self._total_s + max(under_way, 0.0))
 
+    def end_trial(self, now_ns: int) -> None:
+        """Say that the trial is over: what was under way stays so, and another trial may follow."""
+        if self._since is not None:
+            self._total_s += max(now_ns - self._since[1], 0) * NS
+        self._since = None
+
     @property
     def lost_s(self) -> float:
         """Mean time that a failed entry takes; NaN before the first one."""

@@ -35,6 +35,20 @@ class Agreement:
         """Whether one reversal gives every observation."""
         return not self.left
 
+    def in_words(self) -> str:
+        """Return the answer as a sentence without its full stop, with the names as they are."""
+        rate = self.rule == "rate"
+        kind = "a rate of reversals" if rate else f"reversals {self.rule.replace('_', ' ')}"
+        case = f"{kind} at {self.speed}"
+        if not self.held:
+            return f"{case}: no reversal gives any of {', '.join(self.left)}"
+        low, high = (f"{end:.2g}" for end in (self.low, self.high))
+        unit = "/s" if rate else ""
+        most = f"{low}{unit} or more" if high == "inf" else f"{low} to {high}{unit}"
+        most = f"{low}{unit}" if low == high else most
+        text = f"{case}: {most} gives {', '.join(self.held)}"
+        return text if self.holds_all else f"{text}, but not {', '.join(self.left)}"
+
 
 def agreements(needs: Sequence[NeededReversal]) -> tuple[Agreement, ...]:
     """Return the largest agreement for each rule and speed, in the order in which they come.
