@@ -27,6 +27,7 @@ class Worm:
     hop_mm: float = 1.46
     depth_mm: float = 1.14
     reversal: float = 0.05
+    speed_spread: float = 0.0
     success: float = 0.6
     turn_back_mm: float = 2.0
     seed: int = 0
@@ -123,7 +124,8 @@ def _search(film, worm, theta, until_s):
         goal = edge if meets else goal
         turn = goal - theta
         if turn:
-            film.along_wall(abs(turn) * R / worm.speed_mm_s, theta, turn, min(depth, 0.8 * R))
+            pace = worm.speed_mm_s * (1 + worm.speed_spread * film.random.uniform(-1, 1))
+            film.along_wall(abs(turn) * R / pace, theta, turn, min(depth, 0.8 * R))
         theta = goal % (2 * np.pi)
         if meets or not half < theta < 2 * np.pi - half:
             return theta

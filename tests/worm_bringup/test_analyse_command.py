@@ -43,7 +43,7 @@ def worm(worm_and_report, monkeypatch):
 
 @pytest.fixture(scope="module")
 def columns():
-    return escaping_worm(WORM, duration_s=400.0, fps=10.0)
+    return escaping_worm(WORM, duration_s=600.0, fps=10.0)
 
 
 def results(directory):
@@ -201,7 +201,7 @@ def test_what_the_table_lacks_is_null_and_says_why(worm, tmp_path, columns):
         set(tables["tracks"]["psi_b_deg"]) == {None}
         or np.isnan(np.array(tables["tracks"]["psi_b_deg"], dtype=float)).all()
     )
-    assert summary["frames"] == {"read": 4000, "tracked": 4000}
+    assert summary["frames"] == {"read": 6000, "tracked": 6000}
 
 
 def test_every_parameter_and_the_tables_hash_are_in_the_provenance(worm, tmp_path, columns):

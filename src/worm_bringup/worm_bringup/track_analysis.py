@@ -214,8 +214,8 @@ def states_of(rows: Rows, placed: Placed) -> Iterator[BodyState]:
         placed.in_b.tolist(),
         placed.where.tolist(),
         placed.status.tolist(),
-        rows.column("confidence").tolist(),
-        rows.column("head_certainty").tolist(),
+        _trusted(rows, "confidence").tolist(),
+        _trusted(rows, "head_certainty").tolist(),
         *points,
         rows.column("length_px").tolist(),
         rows.column("width_px").tolist(),
@@ -224,6 +224,11 @@ def states_of(rows: Rows, placed: Placed) -> Iterator[BodyState]:
     )
     for frame, stamp_ns, in_b, place, code, *rest in zip(*columns, strict=True):
         yield BodyState(frame, stamp_ns, names[in_b], where[place], status[code], 1, *rest)
+
+
+def _trusted(rows: Rows, name: str) -> Any:
+    """Return how far to trust each row: wholly, where the tracks say nothing about it."""
+    return rows.values.get(name, np.ones(len(rows)))
 
 
 def _keypoints(placed: Placed, point: str) -> Iterator[Keypoint]:

@@ -1,6 +1,7 @@
-"""The report: a trial's figures and numbers beside the paper's, in one HTML file."""
+"""The report: figures and numbers beside the paper's, of one trial or of several pooled."""
 
-from worm_analysis.report.errors import ReportError
+from worm_analysis.report.pooled_report import write_pooled_report
 from worm_analysis.report.report import write_report
+from worm_analysis.results import ReportError
 
-__all__ = ["ReportError", "write_report"]
+__all__ = ["ReportError", "write_pooled_report", "write_report"]

@@ -1,13 +1,18 @@
 """Fig. 1e: the angle between the body and the wall's normal."""
 
+from typing import Any
+
 import numpy as np
 
+from worm_analysis.pooling.trial_sums import ANGLE_EDGES_DEG
+from worm_analysis.report.evidence import Evidence
 from worm_analysis.report.numbers import with_interval
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
-from worm_analysis.report.tables import Floats, Results
+from worm_analysis.report.panel import NO_CHAMBER, Panel
 from worm_analysis.report.theme import COLUMN_IN, INK, PAPER_STYLE, new_figure
+from worm_analysis.results import Floats
 
-BIN_DEG = 4.0
+MERGED = 2
+"""Bins of 2° that are drawn as one."""
 FEWEST = 100
 PAPER_PEAKS_DEG = (-34.0, 30.0)
 READING = (
@@ -15,18 +20,18 @@ READING = (
     "centroid to the head, positive counter-clockwise as seen in the picture, so that "
     "<i>v</i><sub>b</sub> = <i>v</i><sub>w</sub> sin ψ<sub>b</sub>: a worm with "
     "ψ<sub>b</sub> &gt; 0 moves counter-clockwise. Two peaks are the two directions along the "
-    "wall. Dashed: the paper's peaks at −34° and +30°. Black marks: this trial's peaks with "
+    "wall. Dashed: the paper's peaks at −34° and +30°. Black marks: this data's peaks with "
     "their 95 % intervals."
 )
 
 
-def angle_density(psi_deg: Floats) -> tuple[Floats, Floats]:
+def angle_density(counts: Floats) -> tuple[Floats, Floats]:
     """Return the normalised density of an angle over (−180°, 180°].
 
     Parameters
     ----------
-    psi_deg : ndarray
-        Degrees; NaN is left out.
+    counts : ndarray, shape (180,)
+        Frames in bins of 2°.
 
     Returns
     -------
@@ -35,31 +40,29 @@ def angle_density(psi_deg: Floats) -> tuple[Floats, Floats]:
     density : ndarray, shape (90,)
         1/degree, of unit area.
     """
-    edges = np.linspace(-180.0, 180.0, round(360 / BIN_DEG) + 1)
-    known = psi_deg[np.isfinite(psi_deg)]
-    counts, _ = np.histogram(known, edges)
-    density: Floats = counts / (max(len(known), 1) * BIN_DEG)
+    edges: Floats = ANGLE_EDGES_DEG[::MERGED]
+    merged = counts.reshape(-1, MERGED).sum(axis=1)
+    density: Floats = merged / (max(float(counts.sum()), 1.0) * np.diff(edges))
     return edges, density
 
 
-def body_angle(results: Results) -> Panel:
-    """Return the panel, all chambers together."""
-    tracks = results.tracks
-    inside = np.isin(tracks["where"], [chamber.name for chamber in results.chambers])
-    psi_deg = tracks["psi_b_deg"][inside & np.isfinite(tracks["psi_b_deg"])]
-    n = counted(len(psi_deg), "frames")
-    base = {
+def body_angle(evidence: Evidence) -> Panel:
+    """Return the panel, all chambers and trials together."""
+    counts = np.empty(0) if evidence.pool is None else evidence.pool.total("psi_b")
+    frames = int(counts.sum())
+    n = evidence.counted(frames, "frames")
+    base: dict[str, Any] = {
         "key": "fig-1e",
         "title": "Orientation of the body at the wall",
         "paper": "Fig. 1e",
         "reading": READING,
         "n": n,
     }
-    if not results.chambers:
+    if evidence.pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    if len(psi_deg) < FEWEST:
-        return Panel(**base, why=f"not enough data: {len(psi_deg)} frames, {FEWEST} are needed")
-    edges, density = angle_density(psi_deg)
+    if frames < FEWEST:
+        return Panel(**base, why=f"not enough data: {frames} frames, {FEWEST} are needed")
+    edges, density = angle_density(counts)
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
     axes.stairs(density, edges, color=INK, linewidth=1.1)
@@ -67,7 +70,7 @@ def body_angle(results: Results) -> Panel:
     top = float(density.max()) * 1.6
     for paper_deg, label in zip(PAPER_PEAKS_DEG, ("paper, −34° and +30°", None), strict=True):
         axes.plot([paper_deg, paper_deg], [0, 0.72 * top], label=label, **PAPER_STYLE)
-    peaks = [results.quantity(f"psi_b_{side}_peak") for side in ("negative", "positive")]
+    peaks = [evidence.quantity(f"psi_b_{side}_peak") for side in ("negative", "positive")]
     for peak in [peak for peak in peaks if peak.value is not None]:
         assert peak.value is not None
         sides = None
@@ -84,7 +87,7 @@ def body_angle(results: Results) -> Panel:
             elinewidth=0.9,
             label="" if axes.get_legend_handles_labels()[1][1:] else "peak, 95 % interval",
         )
-    reach = 180.0 if _beyond(psi_deg, 120.0) else 120.0
+    reach = 180.0 if _beyond(counts, 120.0) else 120.0
     axes.set_xlim(-reach, reach)
     axes.set_xticks(np.arange(-reach, reach + 1, 60.0 if reach > 120 else 30.0))
     axes.set_ylim(0, top)
@@ -93,8 +96,10 @@ def body_angle(results: Results) -> Panel:
     axes.legend(loc="upper right", title=n, title_fontsize=7.0, alignment="right")
     told = " and ".join(with_interval(peak) for peak in peaks if peak.value is not None)
     alt = f"Probability density of the body angle, {n}. Peaks: {told or 'none found'} degrees."
-    return Panel(**base, figure=figure, alt=alt)
+    table = {"psi_b_deg": (edges[1:] + edges[:-1]) / 2, "P_psi_b_per_deg": density}
+    return Panel(**base, figure=figure, alt=alt, tables={"": table})
 
 
-def _beyond(psi_deg: Floats, limit_deg: float) -> bool:
-    return float(np.mean(np.abs(psi_deg) > limit_deg)) > 0.005
+def _beyond(counts: Floats, limit_deg: float) -> bool:
+    centres = (ANGLE_EDGES_DEG[1:] + ANGLE_EDGES_DEG[:-1]) / 2
+    return float(counts[np.abs(centres) > limit_deg].sum()) > 0.005 * float(counts.sum())

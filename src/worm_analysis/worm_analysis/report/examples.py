@@ -3,12 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_analysis.report.tables import Floats, Results
+from worm_analysis.results.tables import Floats, Results
 
 SPAN_S = 60.0
 WHOLE_S = 90.0
 """A trial that is not longer is shown whole."""
 FEWEST_KNOWN = 0.9
+SHORTEST_STAY_S = 20.0
 DIRECTION_S = 5.0
 
 Indices = NDArray[np.int64]
@@ -17,9 +18,8 @@ Indices = NDArray[np.int64]
 def example_spans(results: Results, count: int = 3) -> list[Indices]:
     """Return the frames of up to `count` examples, in the order of few to many reversals.
 
-    A trial of up to 90 s is one example. A longer one is cut into stretches of 60 s; those in one
-    chamber with θ_h in 90 % of their frames are ranked by the number of reversals of direction,
-    and the first, the last and those evenly between are taken.
+    A trial of up to 90 s is one example. Of a longer one the `candidates` are ranked by the number
+    of reversals of direction; the first, the last and those evenly between are taken.
 
     Parameters
     ----------
@@ -38,20 +38,41 @@ def example_spans(results: Results, count: int = 3) -> list[Indices]:
         return []
     if t_s[-1] <= WHOLE_S:
         return [np.arange(len(t_s), dtype=np.int64)]
+    ranked = sorted(candidates(results), key=lambda item: item[0])
+    chosen = np.unique(np.rint(np.linspace(0, len(ranked) - 1, count)).astype(int))
+    return [ranked[index][1] for index in chosen] if ranked else []
+
+
+def candidates(results: Results) -> list[tuple[int, Indices]]:
+    """Return reversals and frames of all stretches that may be shown, in order of time.
+
+    The trial is cut into stretches of 60 s; those in one chamber with θ_h in 90 % of their frames
+    count. A worm that never stays so long has its stays in a chamber of 20 s and more instead.
+    """
+    t_s, theta = results.t_s, results.tracks["theta_h_rad"]
     where = results.tracks["where"]
-    ranked: list[tuple[int, int, Indices]] = []
+    found = []
     window = (t_s // SPAN_S).astype(np.int64)
-    for number in range(int(window[-1]) + 1):
-        rows = np.flatnonzero(window == number)
+    for rows in np.split(np.arange(len(t_s)), np.flatnonzero(np.diff(window)) + 1):
         if len(rows) == 0 or t_s[rows[-1]] - t_s[rows[0]] < FEWEST_KNOWN * SPAN_S:
             continue
         known = np.isfinite(theta[rows])
         one_place = len(set(where[rows][known])) == 1
         if one_place and known.mean() >= FEWEST_KNOWN:
-            ranked.append((reversals(t_s[rows], theta[rows]), number, rows))
-    ranked.sort(key=lambda item: item[:2])
-    chosen = np.unique(np.rint(np.linspace(0, len(ranked) - 1, count)).astype(int))
-    return [ranked[index][2] for index in chosen] if ranked else []
+            found.append((reversals(t_s[rows], theta[rows]), rows))
+    return found or _stays(t_s, theta, where)
+
+
+def _stays(t_s: Floats, theta: Floats, where: NDArray[np.object_]) -> list[tuple[int, Indices]]:
+    """Return the stays in one chamber, up to their first minute."""
+    inside = np.isin(where, ("chamber_a", "chamber_b")) & np.isfinite(theta)
+    change = np.flatnonzero((where[1:] != where[:-1]) | (inside[1:] != inside[:-1])) + 1
+    found = []
+    for stay in np.split(np.arange(len(t_s)), change):
+        rows = stay[t_s[stay] - t_s[stay[0]] <= SPAN_S] if len(stay) else stay
+        if len(rows) and inside[rows[0]] and t_s[rows[-1]] - t_s[rows[0]] >= SHORTEST_STAY_S:
+            found.append((reversals(t_s[rows], theta[rows]), rows))
+    return found
 
 
 def reversals(t_s: Floats, theta_rad: Floats) -> int:

@@ -1,6 +1,7 @@
 """One panel of the report: a figure with what it takes to read it, or why there is none."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 THIN_SPACE = "\u2009"
@@ -30,6 +31,8 @@ class Panel:
         The figure in words.
     label : str
         A short name for the table of contents, where it is none of the paper's figures.
+    tables : mapping of str to mapping
+        What is drawn, as columns; the tables' names come after the panel's key.
     """
 
     key: str
@@ -41,6 +44,7 @@ class Panel:
     why: str = ""
     alt: str = ""
     label: str = ""
+    tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

@@ -3,24 +3,66 @@
 from collections.abc import Callable
 
 from worm_analysis.report.body_angle import body_angle
+from worm_analysis.report.evidence import Evidence, of_trial
+from worm_analysis.report.first_contact import first_contact
 from worm_analysis.report.model_comparison import model_comparison
 from worm_analysis.report.panel import Panel
+from worm_analysis.report.penetration import penetration
 from worm_analysis.report.persistence import persistence
 from worm_analysis.report.picture_motion import picture_motion, picture_trajectories
 from worm_analysis.report.radii import radii
+from worm_analysis.report.search_by_width import search_time_by_width, skips_by_width
+from worm_analysis.report.search_times import search_times
+from worm_analysis.report.speed_and_angle import (
+    speed_after_collision,
+    speed_against_angle,
+    speed_law,
+)
 from worm_analysis.report.statuses import statuses
-from worm_analysis.report.tables import Results
-from worm_analysis.report.time_traces import time_traces
+from worm_analysis.report.success import success
+from worm_analysis.report.time_traces import Example, time_traces, traces
 from worm_analysis.report.trajectories import trajectories
 from worm_analysis.report.wall_distances import wall_distances
+from worm_analysis.results import Results
 
-PAPER = (trajectories, radii, body_angle, time_traces, wall_distances, persistence)
-WITHOUT_CHAMBER = (picture_trajectories, picture_motion)
+Maker = Callable[[Evidence], Panel]
+
+POSITIONS: tuple[Maker, ...] = (radii, body_angle)
+MOTION: tuple[Maker, ...] = (
+    wall_distances,
+    speed_against_angle,
+    speed_after_collision,
+    speed_law,
+    search_times,
+)
+BY_WIDTH: tuple[Maker, ...] = (search_time_by_width, skips_by_width)
+MEMORY: tuple[Maker, ...] = (persistence, first_contact)
 
 
 def all_panels(results: Results) -> list[Panel]:
-    """Return every panel; without a chamber those in the picture come first."""
-    makers: tuple[Callable[[Results], Panel], ...] = (*PAPER, model_comparison, statuses)
+    """Return every panel of one trial; without a chamber those in the picture come first."""
+    evidence = of_trial(results)
+    paper = [
+        trajectories(results),
+        *(make(evidence) for make in POSITIONS),
+        time_traces(results),
+        *(make(evidence) for make in (*MOTION, *MEMORY, penetration)),
+    ]
     if not results.chambers:
-        makers = (*WITHOUT_CHAMBER, statuses, *PAPER, model_comparison)
-    return [make(results) for make in makers]
+        own = [picture_trajectories(results), picture_motion(results), statuses(results)]
+        return [*own, *paper, model_comparison(results)]
+    return [*paper, model_comparison(results), statuses(results)]
+
+
+def single_panels(results: Results) -> list[Panel]:
+    """Return what a single trial's report has beyond a pool's."""
+    return [trajectories(results), model_comparison(results), statuses(results)]
+
+
+def pooled_panels(evidence: Evidence, examples: list[Example]) -> list[Panel]:
+    """Return every figure of the paper from a pool of trials."""
+    return [
+        *(make(evidence) for make in POSITIONS),
+        traces(examples),
+        *(make(evidence) for make in (*MOTION, *BY_WIDTH, *MEMORY, success, penetration)),
+    ]

@@ -1,10 +1,12 @@
 """Fig. 7a: how long the worm keeps its direction along the wall."""
 
+from typing import Any
+
 import numpy as np
 
+from worm_analysis.report.evidence import Evidence
 from worm_analysis.report.numbers import plain, with_interval
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
-from worm_analysis.report.tables import Results
+from worm_analysis.report.panel import NO_CHAMBER, Panel
 from worm_analysis.report.theme import (
     COLUMN_IN,
     HEAD,
@@ -14,6 +16,7 @@ from worm_analysis.report.theme import (
     new_figure,
     say_n,
 )
+from worm_analysis.results import Floats
 
 PAPER_T_PER_S = 27.0
 FEWEST_PAIRS = 100
@@ -22,27 +25,30 @@ READING = (
     "<i>C</i><sub>θ</sub>(<i>t</i>) = ⟨sgn θ̇<sub>h</sub>(<i>t</i> + <i>t</i><sub>0</sub>) · "
     "sgn θ̇<sub>h</sub>(<i>t</i><sub>0</sub>)⟩ over all <i>t</i><sub>0</sub> in one unbroken "
     "visit; 1: always the same direction, 0: no memory of it. Band: ± one standard error, from "
-    "blocks of time. Blue: exp(−<i>t</i>/<i>t</i><sub>per</sub>) fitted to the measurement. "
-    "Purple: the boundary walk with this trial's parameters. Dashed: the paper's decay time of "
+    "blocks of time, or from drawing the trials again. Blue: "
+    "exp(−<i>t</i>/<i>t</i><sub>per</sub>) fitted to the measurement. "
+    "Purple: the boundary walk with the parameters of this data. Dashed: the paper's decay time of "
     "about 27 s. n counts the moments at which the direction is known; they are not "
     "independent. Lags with fewer than a quarter as many pairs are not shown."
 )
 
 
-def persistence(results: Results) -> Panel:
+def persistence(evidence: Evidence) -> Panel:
     """Return the panel: C_θ(t) with its error, the fit, the model's and the paper's decay."""
-    correlation, t_per = results.correlation, results.quantity("t_per")
+    correlation, t_per = evidence.correlation, evidence.quantity("t_per")
     pairs = 0 if correlation is None or not len(correlation.pairs) else int(correlation.pairs[0])
     step_s = correlation.lag_s[1] if correlation is not None and len(correlation.lag_s) > 1 else 0
-    n = counted(pairs, f"moments, {step_s:g} s apart" if pairs else "moments with a direction")
-    base = {
+    n = evidence.counted(
+        pairs, f"moments, {step_s:g} s apart" if pairs else "moments with a direction"
+    )
+    base: dict[str, Any] = {
         "key": "fig-7a",
         "title": "Persistence of the direction along the wall",
         "paper": "Fig. 7a",
         "reading": READING,
         "n": n,
     }
-    if not results.chambers:
+    if evidence.pool is None:
         return Panel(**base, why=NO_CHAMBER)
     if correlation is None:
         return Panel(**base, why="the summary has no correlation function")
@@ -60,10 +66,12 @@ def persistence(results: Results) -> Panel:
     if t_per.value is not None:
         label = rf"fit, $t_{{per}}$ = {with_interval(t_per)} s"
         axes.plot(lag, correlation.model[known], color=HEAD, label=label)
-    walk = results.model_correlation
-    if walk is not None:
-        shown = walk.lag_s <= lag[-1]
-        axes.plot(walk.lag_s[shown], walk.c[shown], color=MODEL, label="boundary walk")
+    table = {"lag_s": lag, "C_theta": c, "error": error, "pairs": correlation.pairs[known]}
+    tables = {"": table}
+    for label, lag_s, walk_c in _walks(evidence):
+        shown = lag_s <= lag[-1]
+        axes.plot(lag_s[shown], walk_c[shown], color=MODEL, label=label)
+        tables["walk"] = {"lag_s": lag_s[shown], "C_theta": walk_c[shown]}
     paper = PAPER_T_PER_S if t_per.paper is None else t_per.paper
     axes.plot(lag, np.exp(-lag / paper), label=f"paper, {plain(paper)} s", **PAPER_STYLE)
     axes.set_xlim(0, lag[-1])
@@ -77,4 +85,11 @@ def persistence(results: Results) -> Panel:
     alt = (
         f"Correlation of the direction of motion with itself, {n}, t_per {with_interval(t_per)} s."
     )
-    return Panel(**base, figure=figure, alt=alt)
+    return Panel(**base, figure=figure, alt=alt, tables=tables)
+
+
+def _walks(evidence: Evidence) -> list[tuple[str, Floats, Floats]]:
+    """Return label, lags and C_θ of the walk with the parameters of this data."""
+    single = evidence.walk_correlation
+    found = [] if single is None else [("boundary walk", single.lag_s, single.c)]
+    return found + [("boundary walk", walk.lag_s, walk.c) for walk in evidence.walks if walk.is_own]

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from worm_analysis.report.panel import Panel, counted
-from worm_analysis.report.tables import POINTS, Floats, Results
 from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, new_figure
+from worm_analysis.results.tables import POINTS, Floats, Results
 
 SPEED_WINDOW_S = 1.0
 WAY_READING = (
@@ -27,7 +27,7 @@ def picture_trajectories(results: Results) -> Panel:
     tracks = results.tracks
     frames = int(np.isfinite(tracks["centroid_u_px"]).sum())
     n = counted(frames, "frames")
-    base = {
+    base: dict[str, Any] = {
         "key": "fig-picture",
         "title": "Trajectories in the picture",
         "paper": "",
@@ -63,7 +63,7 @@ def picture_motion(results: Results) -> Panel:
     v = mm_per_px * speed(t_s, tracks["centroid_u_px"], tracks["centroid_v_px"])
     frames = int(np.isfinite(v).sum())
     n = counted(frames, "frames with a speed")
-    base = {
+    base: dict[str, Any] = {
         "key": "fig-motion",
         "title": "Speed and length against time",
         "paper": "",

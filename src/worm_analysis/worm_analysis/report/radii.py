@@ -1,11 +1,13 @@
 """Fig. 1d: how far head, centroid and tail are from the chamber's centre."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
-from worm_analysis.report.tables import POINTS, Floats, Results
+from worm_analysis.pooling.trial_sums import RADIUS_EDGES
+from worm_analysis.report.evidence import Evidence
+from worm_analysis.report.panel import NO_CHAMBER, Panel
 from worm_analysis.report.theme import (
     COLOURS,
     COLUMN_IN,
@@ -13,8 +15,10 @@ from worm_analysis.report.theme import (
     new_figure,
     say_n,
 )
+from worm_analysis.results.tables import POINTS, Floats
 
-BINS_PER_R = 50
+MERGED = 2
+"""Bins of R/100 that are drawn as one."""
 BINS = 55
 FEWEST = 100
 PAPER_RC_OVER_R = 0.6
@@ -30,55 +34,55 @@ READING = (
 )
 
 
-def radial_density(r_mm: Floats, radius_mm: float) -> tuple[Floats, Floats]:
+def radial_density(counts: Floats, radius_mm: float) -> tuple[Floats, Floats]:
     """Return the normalised density of distances from the centre.
 
     Parameters
     ----------
-    r_mm : ndarray
-        Distances; NaN is left out.
+    counts : ndarray, shape (120,)
+        Frames in bins of R/100.
     radius_mm : float
-        R: bins are R/50 wide and reach to 1.1 R.
+        R.
 
     Returns
     -------
     edges_mm : ndarray, shape (56,)
-        Edges of the bins.
+        Edges of bins of R/50, up to 1.1 R.
     density : ndarray, shape (55,)
         1/mm, of unit area where no distance is beyond the last edge.
     """
-    edges: Floats = np.linspace(0.0, BINS / BINS_PER_R * radius_mm, BINS + 1)
-    known = r_mm[np.isfinite(r_mm)]
-    counts, _ = np.histogram(known, edges)
-    density: Floats = counts / (max(len(known), 1) * np.diff(edges))
+    edges: Floats = RADIUS_EDGES[::MERGED][: BINS + 1] * radius_mm
+    merged = counts.reshape(-1, MERGED).sum(axis=1)[:BINS]
+    density: Floats = merged / (max(float(counts.sum()), 1.0) * np.diff(edges))
     return edges, density
 
 
-def radii(results: Results) -> Panel:
-    """Return the panel, all chambers together."""
-    tracks, R = results.tracks, results.radius_mm
-    inside = np.isin(tracks["where"], [chamber.name for chamber in results.chambers])
-    inside &= np.isfinite(tracks["r_h_mm"])
-    frames = int(inside.sum())
-    n = counted(frames, "frames")
-    base = {
+def radii(evidence: Evidence) -> Panel:
+    """Return the panel, all chambers and trials together."""
+    pool = evidence.pool
+    frames = 0 if pool is None else int(pool.total("r_h").sum())
+    n = evidence.counted(frames, "frames")
+    base: dict[str, Any] = {
         "key": "fig-1d",
         "title": "Distance from the chamber's centre",
         "paper": "Fig. 1d",
         "reading": READING,
         "n": n,
     }
-    if not results.chambers:
+    if pool is None:
         return Panel(**base, why=NO_CHAMBER)
     if frames < FEWEST:
         return Panel(**base, why=f"not enough data: {frames} frames, {FEWEST} are needed")
+    R = pool.radius_mm
+    table: dict[str, Any] = {}
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
     axes.plot([0, R], [0, 2 / R], ":", color="#9a9a9a", linewidth=0.9)
     axes.axvline(PAPER_RC_OVER_R * R, **PAPER_STYLE)
     for point in POINTS:
         symbol = SYMBOLS[point]
-        edges, density = radial_density(tracks[f"r_{symbol}_mm"][inside], R)
+        edges, density = radial_density(pool.total(f"r_{symbol}"), R)
+        table |= {"r_mm": (edges[1:] + edges[:-1]) / 2, f"P_r_{symbol}_per_mm": density}
         axes.stairs(
             density, edges, color=COLOURS[point], linewidth=1.1, label=f"$r_{symbol}$, {point}"
         )
@@ -90,7 +94,7 @@ def radii(results: Results) -> Panel:
     axes.set_ylabel("$P(r)$ (mm$^{-1}$)")
     axes.annotate(
         "paper, $r_c$",
-        (PAPER_RC_OVER_R * R, 0.97),
+        (PAPER_RC_OVER_R * R, 0.8),
         xycoords=("data", "axes fraction"),
         xytext=(-3, 0),
         textcoords="offset points",
@@ -109,7 +113,7 @@ def radii(results: Results) -> Panel:
     modes = ", ".join(
         f"{point} {quantity.value:.2f}"
         for point in POINTS
-        if (quantity := results.quantity(f"r_{SYMBOLS[point]}_over_R")).value is not None
+        if (quantity := evidence.quantity(f"r_{SYMBOLS[point]}_over_R")).value is not None
     )
     alt = f"Densities of the distance from the centre, {n}. Modes in units of R: {modes or 'none'}."
-    return Panel(**base, figure=figure, alt=alt)
+    return Panel(**base, figure=figure, alt=alt, tables={"": table})

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from worm_analysis.report import numbers, symbols
 from worm_analysis.report.panel import NO_CHAMBER, thousands
-from worm_analysis.report.tables import Results, read_results
+from worm_analysis.results.tables import Results, read_results
 from worm_msgs_py import Status
 
 SOURCES = {
@@ -22,6 +22,10 @@ SOURCES = {
     "start_offset_s": "Start offset (s)",
     "playback_duration_s": "Playback duration (s)",
 }
+
+
+BESIDE = ("fig-1c", "fig-4c", "fig-8", "fig-model")
+"""Figures that are narrow and stand beside their caption."""
 
 
 def write_report(results_dir: Path) -> Path:
@@ -57,12 +61,6 @@ def write_report(results_dir: Path) -> Path:
 def render(results: Results) -> str:
     """Return the report's HTML."""
     # Drawing is slow to import, and most users of this package draw nothing.
-    from worm_analysis.report.model_comparison import (
-        comparison_rows,
-        origins,
-        parameters_written,
-        verdict_in_words,
-    )
     from worm_analysis.report.panels import all_panels
     from worm_analysis.report.theme import style, to_svg
 
@@ -71,9 +69,24 @@ def render(results: Results) -> str:
             (panel, Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else "")
             for panel in all_panels(results)
         ]
-    rows = comparison_rows(results)
-    own, from_paper = origins(results)
-    environment = Environment(
+    return (
+        environment()
+        .get_template("report.html.j2")
+        .render(
+            **trial_context(results),
+            name=source_name(results.provenance),
+            source=_source(results.provenance),
+            parameters=results.provenance.get("parameters") or {},
+            panels=panels,
+            no_chamber=NO_CHAMBER,
+            beside=BESIDE,
+        )
+    )
+
+
+def environment() -> Environment:
+    """Return what fills in the templates; whatever comes from outside is text, not markup."""
+    found = Environment(
         loader=PackageLoader("worm_analysis.report", "."),
         autoescape=True,
         undefined=StrictUndefined,
@@ -81,7 +94,7 @@ def render(results: Results) -> str:
         lstrip_blocks=True,
     )
     for name in ("html_symbol", "meaning"):
-        environment.filters[name] = _as_markup(getattr(symbols, name))
+        found.filters[name] = _as_markup(getattr(symbols, name))
     for function in (
         numbers.value,
         numbers.interval,
@@ -89,27 +102,35 @@ def render(results: Results) -> str:
         numbers.with_deviation,
         thousands,
     ):
-        environment.filters[function.__name__] = function
-    return environment.get_template("report.html.j2").render(
-        results=results,
-        name=source_name(results.provenance),
-        source=_source(results.provenance),
-        degrees=degrees,
-        parameters=results.provenance.get("parameters") or {},
-        units=symbols.UNITS,
-        frames=frame_counts(results),
-        seconds=float(results.t_s[-1]) if len(results.t_s) else 0.0,
-        frame_rate=_frame_rate(results),
-        events=_events(results),
-        panels=panels,
-        no_chamber=NO_CHAMBER,
-        beside=("fig-1c", "fig-7a", "fig-model"),
-        comparison=rows,
-        own=own,
-        from_paper=from_paper,
-        verdicts=verdict_in_words(rows),
-        walk=parameters_written(results),
+        found.filters[function.__name__] = function
+    return found
+
+
+def trial_context(results: Results) -> dict[str, Any]:
+    """Return what the templates say of one trial."""
+    from worm_analysis.report.model_comparison import (
+        comparison_rows,
+        origins,
+        parameters_written,
+        verdict_in_words,
     )
+
+    rows = comparison_rows(results)
+    own, from_paper = origins(results)
+    return {
+        "results": results,
+        "degrees": degrees,
+        "units": symbols.UNITS,
+        "frames": frame_counts(results),
+        "seconds": float(results.t_s[-1]) if len(results.t_s) else 0.0,
+        "frame_rate": _frame_rate(results),
+        "events": _events(results),
+        "comparison": rows,
+        "own": own,
+        "from_paper": from_paper,
+        "verdicts": verdict_in_words(rows),
+        "walk": parameters_written(results),
+    }
 
 
 def source_name(provenance: Mapping[str, Any]) -> str:

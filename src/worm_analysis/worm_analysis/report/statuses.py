@@ -1,10 +1,12 @@
 """What became of every frame: its status against time."""
 
+from typing import Any
+
 import numpy as np
 
 from worm_analysis.report.panel import Panel, counted, thousands
-from worm_analysis.report.tables import Floats, Results
 from worm_analysis.report.theme import HEAD, PAGE_IN, TAIL, new_figure
+from worm_analysis.results.tables import Floats, Results
 from worm_msgs_py import Status
 
 READING = (
@@ -19,7 +21,7 @@ def statuses(results: Results) -> Panel:
     """Return the panel."""
     status, t_s = results.tracks["status"], results.t_s
     n = counted(len(status), "frames")
-    base = {
+    base: dict[str, Any] = {
         "key": "fig-status",
         "title": "Outcome of tracking, frame by frame",
         "paper": "",

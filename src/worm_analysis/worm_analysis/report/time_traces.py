@@ -1,13 +1,16 @@
 """Fig. 2: the head's place and the body's and head's angles against time."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
 from typing import Any
 
 import numpy as np
 
 from worm_analysis.report.examples import WHOLE_S, Indices, example_spans
 from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
-from worm_analysis.report.tables import Floats, Results
 from worm_analysis.report.theme import HEAD, INK, PAGE_IN, SHADE, new_figure
+from worm_analysis.results.tables import Floats, Results
 
 READING = (
     "<i>r</i><sub>h</sub>: distance of the head tip from the chamber's centre (thin line: the wall "
@@ -20,32 +23,49 @@ READING = (
     "was not tracked."
 )
 READING_LONG = (
-    " The examples are stretches of one minute, chosen by rule: of all in which θ<sub>h</sub> is "
-    "known in 90 % of the frames, those with the fewest, the median and the most reversals."
+    " The examples are stretches of up to one minute in one chamber, chosen by rule: of all in "
+    "which θ<sub>h</sub> is known in 90 % of the frames, those with the fewest, the median and the "
+    "most reversals."
 )
+BASE: dict[str, Any] = {
+    "key": "fig-2",
+    "title": "Radial position, angular position and orientation against time",
+    "paper": "Fig. 2",
+}
 HEIGHTS = (1.0, 1.35, 1.0, 1.0)
 WRAP_DEG = 180.0
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Example:
+    """A stretch of a trial that is shown."""
+
+    results: Results
+    rows: Indices
+    trial: str = ""
+
+
 def time_traces(results: Results) -> Panel:
-    """Return the panel: up to three examples, or the whole of a short trial."""
-    base = {
-        "key": "fig-2",
-        "title": "Radial position, angular position and orientation against time",
-        "paper": "Fig. 2",
-    }
+    """Return the panel of one trial: up to three examples, or the whole of a short one."""
     if not results.chambers:
-        return Panel(**base, n=counted(0, "frames"), reading=READING, why=NO_CHAMBER)
-    spans = example_spans(results)
-    known = sum(int(np.isfinite(results.tracks["theta_h_rad"][rows]).sum()) for rows in spans)
+        return Panel(**BASE, n=counted(0, "frames"), reading=READING, why=NO_CHAMBER)
+    examples = [Example(results, rows) for rows in example_spans(results)]
+    return traces(examples, whole=bool(len(results.t_s)) and results.t_s[-1] <= WHOLE_S)
+
+
+def traces(examples: Sequence[Example], *, whole: bool = False) -> Panel:
+    """Return the panel of up to three examples, of one trial or of several."""
+    known = sum(_known(example) for example in examples)
     n = counted(known, "frames")
     if known < 2:
         why = "not enough data: the head was not tracked in a chamber for 54 s of any minute"
-        return Panel(**base, n=n, reading=READING, why=why)
+        return Panel(**BASE, n=n, reading=READING, why=why)
     figure = new_figure(PAGE_IN, 4.3)
-    grid = figure.subplots(4, len(spans), sharex="col", squeeze=False, height_ratios=HEIGHTS)
-    for column, rows in enumerate(spans):
-        _draw_column(grid[:, column], results, rows)
+    grid = figure.subplots(4, len(examples), sharex="col", squeeze=False, height_ratios=HEIGHTS)
+    tables = {}
+    for column, example in enumerate(examples):
+        _draw_column(grid[:, column], example.results, example.rows)
+        tables[f"example-{column + 1}"] = _table(example)
     for row in (0, 2, 3):
         limits = [axes.get_ylim() for axes in grid[row]]
         for axes in grid[row]:
@@ -60,11 +80,29 @@ def time_traces(results: Results) -> Panel:
     for axes, label in zip(grid[:, 0], labels, strict=True):
         axes.set_ylabel(label)
     figure.align_ylabels(grid[:, 0])
-    whole = results.t_s[-1] <= WHOLE_S
-    span = "the whole trial" if whole else f"{len(spans)} examples of one minute"
+    span = "the whole trial" if whole else f"{len(examples)} examples of one minute"
     alt = f"Head radius, head angle, body angle and head direction against time, {span}, {n}."
     reading = READING if whole else READING + READING_LONG
-    return Panel(**base, n=n, reading=reading, figure=figure, alt=alt)
+    trials = [example.trial for example in examples if example.trial]
+    if trials:
+        reading += f" From left to right they are from {escape(', '.join(trials))}."
+    return Panel(**BASE, n=n, reading=reading, figure=figure, alt=alt, tables=tables)
+
+
+def _known(example: Example) -> int:
+    return int(np.isfinite(example.results.tracks["theta_h_rad"][example.rows]).sum())
+
+
+def _table(example: Example) -> dict[str, Any]:
+    tracks, rows = example.results.tracks, example.rows
+    return {
+        "t_s": example.results.t_s[rows],
+        "r_h_mm": tracks["r_h_mm"][rows],
+        "theta_h_deg": np.degrees(tracks["theta_h_rad"][rows]),
+        "psi_b_deg": tracks["psi_b_deg"][rows],
+        "psi_h_deg": tracks["psi_h_deg"][rows],
+        "contact": tracks["contact"][rows],
+    }
 
 
 def contact_spans(t_s: Floats, contact: Floats) -> list[tuple[float, float]]:

@@ -9,8 +9,8 @@ from matplotlib.patches import Arc
 
 from worm_analysis.report.examples import WHOLE_S, Indices, example_spans
 from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
-from worm_analysis.report.tables import POINTS, Results
 from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, PAGE_IN, new_figure, say_n
+from worm_analysis.results.tables import POINTS, Results
 from worm_msgs_py import Chamber, Where
 
 SHOWN_POINTS = 1500
@@ -31,7 +31,7 @@ READING_LONG = " The whole trial is shown as points, one for each of evenly spac
 def trajectories(results: Results) -> Panel:
     """Return the panel; a trial longer than 90 s shows one minute, and the whole as points."""
     long = len(results.t_s) > 0 and results.t_s[-1] > WHOLE_S
-    base = {
+    base: dict[str, Any] = {
         "key": "fig-1c",
         "title": "Trajectories of head, centroid and tail",
         "paper": "Fig. 1c",

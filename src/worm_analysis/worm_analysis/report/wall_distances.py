@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtri
 
+from worm_analysis.report.evidence import Evidence
 from worm_analysis.report.numbers import interval, plain, value
 from worm_analysis.report.panel import NO_CHAMBER, Panel, thousands
-from worm_analysis.report.tables import Floats, Results
 from worm_analysis.report.theme import COLOURS, GREY, INK, PAGE_IN, PAPER_STYLE, new_figure
+from worm_analysis.results import Floats
 from worm_msgs_py import Quantity
 
 FEWEST = 10
@@ -89,38 +90,38 @@ def exponential_above(x_mm: Floats, mean_mm: float, limit_mm: float) -> Floats:
     return density
 
 
-def wall_distances(results: Results) -> Panel:
-    """Return the panel: d_c, d_nc and Δr_h, all chambers together."""
-    contacts = results.contacts
-    complete = contacts["complete"] == 1.0
-    in_contact = complete & (contacts["kind"] == "contact")
-    free = complete & (contacts["kind"] == "free")
-    parts = (
-        ("d_c", "$d_c$", contacts["distance_mm"][in_contact]),
-        ("d_nc", "$d_{nc}$", contacts["distance_mm"][free]),
-        ("delta_r_h", r"$\Delta r_h$", contacts["delta_r_mm"][free]),
-    )
-    n = (
-        f"n\u00a0=\u00a0{thousands(int(in_contact.sum()))} complete contacts, "
-        f"{thousands(int(free.sum()))} complete excursions"
-    )
-    base = {
+def wall_distances(evidence: Evidence) -> Panel:
+    """Return the panel: d_c, d_nc and Δr_h, all chambers and trials together."""
+    pool = evidence.pool
+    parts = [
+        (name, symbol, np.empty(0) if pool is None else pool.events(name))
+        for name, symbol in (("d_c", "$d_c$"), ("d_nc", "$d_{nc}$"), ("delta_r_h", r"$\Delta r_h$"))
+    ]
+    n = evidence.counted(len(parts[0][2]), "complete contacts")
+    n += f", {thousands(len(parts[1][2]))} complete excursions"
+    base: dict[str, Any] = {
         "key": "fig-3",
         "title": "Distances travelled in contact, out of contact, and away from the wall",
         "paper": "Fig. 3",
         "reading": READING,
         "n": n,
     }
-    if not results.chambers:
+    if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    found = [(results.quantity(name), symbol, lengths) for name, symbol, lengths in parts]
+    found = [(evidence.quantity(name), symbol, lengths) for name, symbol, lengths in parts]
     if not any(_drawable(quantity, lengths) for quantity, _, lengths in found):
         return Panel(**base, why=_why(*found[0][::2]))
     figure = new_figure(PAGE_IN, 2.5)
-    for axes, letter, part in zip(figure.subplots(1, 3), "abc", found, strict=True):
-        _draw(axes, letter, *part)
-    means = ", ".join(f"{name} {value(results.quantity(name))} mm" for name, _, _ in parts)
-    return Panel(**base, figure=figure, alt=f"Densities of episode lengths, {n}. Means: {means}.")
+    tables = {}
+    for axes, letter, part, (name, _, _) in zip(
+        figure.subplots(1, 3), "abc", found, parts, strict=True
+    ):
+        drawn = _draw(axes, letter, *part)
+        if drawn is not None:
+            tables[name] = as_table(drawn, f"{name}_mm")
+    means = ", ".join(f"{name} {value(evidence.quantity(name))} mm" for name, _, _ in parts)
+    alt = f"Densities of episode lengths, {n}. Means: {means}."
+    return Panel(**base, figure=figure, alt=alt, tables=tables)
 
 
 def _drawable(quantity: Quantity, lengths_mm: Floats) -> bool:
@@ -133,7 +134,22 @@ def _why(quantity: Quantity, lengths_mm: Floats) -> str:
     return f"not enough data: {len(lengths_mm)} complete episodes, {FEWEST} are needed"
 
 
-def _draw(axes: Any, letter: str, quantity: Quantity, symbol: str, lengths_mm: Floats) -> None:
+def as_table(found: LengthDensity, name: str) -> dict[str, Any]:
+    """Return what is drawn of a density, as columns."""
+    edges = found.edges_mm
+    return {
+        f"{name}_from": edges[:-1],
+        f"{name}_to": edges[1:],
+        "density": found.density,
+        "low": found.low,
+        "high": found.high,
+        "fitted": edges[:-1] >= found.limit_mm,
+    }
+
+
+def _draw(
+    axes: Any, letter: str, quantity: Quantity, symbol: str, lengths_mm: Floats
+) -> LengthDensity | None:
     axes.set_title(f"({letter})", loc="left", pad=3)
     axes.set_xlabel(f"{symbol} (mm)")
     if not _drawable(quantity, lengths_mm) or quantity.value is None:
@@ -143,10 +159,10 @@ def _draw(axes: Any, letter: str, quantity: Quantity, symbol: str, lengths_mm: F
         )  # fmt: skip
         axes.set_xticks([])
         axes.set_yticks([])
-        return
+        return None
     mean = quantity.value
     found = length_density(lengths_mm, mean, quantity.n)
-    _points(axes, found)
+    draw_points(axes, found)
     x = np.array([found.limit_mm, found.edges_mm[-1]])
     fit_label = f"fit, mean {value(quantity)} mm\n[{interval(quantity)}]"
     axes.plot(x, exponential_above(x, mean, found.limit_mm), color=FIT, label=fit_label)
@@ -159,9 +175,11 @@ def _draw(axes: Any, letter: str, quantity: Quantity, symbol: str, lengths_mm: F
     axes.set_xlim(-0.02 * found.edges_mm[-1], found.edges_mm[-1])
     axes.set_ylabel(f"$P$({symbol}) (mm$^{{-1}}$)")
     axes.legend(loc="upper right", title=_n(found), title_fontsize=7.0, alignment="right")
+    return found
 
 
-def _points(axes: Any, found: LengthDensity) -> None:
+def draw_points(axes: Any, found: LengthDensity) -> None:
+    """Draw a density with its intervals; open points are below the resolution limit."""
     centres = (found.edges_mm[1:] + found.edges_mm[:-1]) / 2
     seen = found.density > 0
     fitted = found.edges_mm[:-1] >= found.limit_mm

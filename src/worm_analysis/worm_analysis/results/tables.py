@@ -12,7 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from worm_analysis.report.errors import ReportError
+from worm_analysis.results.errors import ReportError
 from worm_msgs_py import Chamber, Comparison, Correlation, ModelQuantity, Quantity
 
 Floats = NDArray[np.float64]
@@ -34,11 +34,36 @@ TRACKS = (
     "theta_h_rad",
     "psi_b_deg",
     "psi_h_deg",
+    "theta_dot_rad_s",
+    "v_b_mm_s",
     "contact",
 )
-CONTACTS = ("chamber", "kind", "start_ns", "end_ns", "distance_mm", "delta_r_mm", "complete")
-PASSAGES = ("record", "chamber", "success", "complete")
-REMEDY = "run `worm replay BAG --out DIR` again"
+CONTACTS = (
+    "chamber",
+    "kind",
+    "start_ns",
+    "end_ns",
+    "distance_mm",
+    "delta_r_mm",
+    "incidence_deg",
+    "complete",
+)
+PASSAGES = (
+    "record",
+    "chamber",
+    "start_ns",
+    "end_ns",
+    "first_contact_ns",
+    "theta_h0_rad",
+    "tau_h_s",
+    "skips",
+    "penetration_mm",
+    "success",
+    "wall_contact",
+    "stroke_phase",
+    "complete",
+)
+REMEDY = "run `worm replay` or `worm analyse` again"
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +85,8 @@ class Results:
         Model against measurement.
     frames, provenance : mapping
         As in the summary.
+    depth_mm : float
+        h; NaN where the summary does not have it.
     """
 
     tracks: Columns
@@ -72,6 +99,7 @@ class Results:
     comparison: Comparison | None
     frames: Mapping[str, int]
     provenance: Mapping[str, Any]
+    depth_mm: float = nan
 
     @property
     def t_s(self) -> Floats:
@@ -137,6 +165,7 @@ def _assemble(tables: list[Columns], summary: Mapping[str, Any]) -> Results:
         comparison=_comparison(model) if model else None,
         frames=summary["frames"],
         provenance=summary["provenance"],
+        depth_mm=_depth_mm(summary["geometry"]),
     )
 
 
@@ -180,7 +209,7 @@ def _to_numpy(column: Any) -> NDArray[Any]:
         return np.asarray(column.to_numpy(), dtype=np.int64)
     if pa.types.is_boolean(column.type):
         column = column.cast(pa.uint8())
-    return np.asarray(column.cast(pa.float64()).to_numpy(), dtype=np.float64)
+    return np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
 
 
 def _number(value: Any) -> float:
@@ -218,6 +247,11 @@ def _chamber(name: str, entry: Mapping[str, Any]) -> Chamber:
         radius_sd_px=_number(entry.get("radius_sd_px")),
         exit_sd_rad=radians(_number(entry.get("exit_sd_deg"))),
     )
+
+
+def _depth_mm(geometry: Mapping[str, Any]) -> float:
+    entry: Mapping[str, Any] = next(iter(geometry.values()), {})
+    return _number(entry.get("depth_mm"))
 
 
 def _radius_mm(entry: Mapping[str, Any]) -> float:

@@ -88,7 +88,8 @@ def analyse(
     The table has a row for each frame, in the order of time, with `stamp_ns` or `time_s`, and
     `head_x_mm`, `head_y_mm`. All else is optional: `centroid_x_mm centroid_y_mm`, `tail_x_mm
     tail_y_mm`, `head_yaw_deg`, `length_mm`, `width_mm`, `where` (chamber_a, chamber_b, passage),
-    `status`, `confidence`, `head_certainty`, `frame`, and `head_u_px head_v_px …` in pixels.
+    `status`, `confidence`, `head_certainty` (0.5 to 1; taken for 1 where there is none), `frame`,
+    and `head_u_px head_v_px …` in pixels.
     An empty cell is a frame in which it is not known.
 
     Coordinates are those of the chamber: origin at its centre, x towards the middle of its exit,

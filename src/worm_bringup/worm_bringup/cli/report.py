@@ -1,16 +1,45 @@
-"""`worm report`: draw the figures of results that are there already."""
+"""`worm report`: draw the figures of results that are there already, of one trial or of many."""
 
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from worm_analysis.report import write_report
+from worm_analysis.report import write_pooled_report, write_report
+from worm_bringup.cli.progress import progress_bar
+from worm_bringup.pooled_walks import pooled_walks
+from worm_bringup.results_directory import results_directory
+
+POOLED = {"report.html", "summary.json", "figures", "tables"}
 
 
 def report(
-    results: Annotated[list[Path], typer.Argument(help="Directories made by worm replay.")],
+    results: Annotated[
+        list[Path], typer.Argument(help="Directories made by worm replay or worm analyse.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Directory for one report of all trials together; an earlier one is replaced. "
+            "Without it each trial's own report is written anew."
+        ),
+    ] = None,
 ) -> None:
-    """Write report.html anew in each results directory."""
-    for directory in results:
-        typer.echo(f"Report: {write_report(directory)}")
+    """Pool trials and draw every figure of the paper, or write each trial's report anew.
+
+    With --out: one report.html without network, each figure as SVG and PDF in figures/, what it
+    shows as CSV in tables/, and every number in summary.json. Trials are grouped by the width W of
+    the exit; intervals come from drawing trials again where there are five or more.
+
+    A trial that is incomplete or damaged, has no chamber, or is there twice, ends the command with
+    one line that names it: leave it out yourself.
+    """
+    if out is None:
+        for directory in results:
+            typer.echo(f"Report: {write_report(directory)}")
+        return
+    software = {"software": "worm-escape", "version": version("worm-escape")}
+    with results_directory(out, POOLED) as partial, progress_bar(out.name) as progress:
+        path = write_pooled_report(results, partial, pooled_walks, software, progress)
+    typer.echo(f"Report: {out / path.name}")

@@ -1,0 +1,176 @@
+"""Trials are pooled from their episodes, attempts and frames, and intervals allow for trials."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from escaped_trials import escaped_trial
+from escaping_worm import LEAN, Worm
+from hypothesis import given
+from hypothesis import strategies as st
+
+from worm_analysis.pooling import Pool, group_width_mm, trial_sums
+from worm_analysis.pooling.estimates import BY_EVENTS, BY_TRIALS, pooled_quantities, pooled_quantity
+from worm_analysis.pooling.pool import PAPER_WIDTHS_MM
+from worm_analysis.report.evidence import of_pool, of_trial
+from worm_analysis.results import ReportError, read_results
+
+WIDTHS = (1.0, 1.0, 1.0, 3.0, 3.0, 3.0)
+NEARLY = ("d_c", "d_nc", "delta_r_h", "v_w", "theta_dot_incidence_correlation")
+"""What a table of rounded episodes gives nearly as the frames did."""
+DURATIONS_S = (500.0, 200.0, 300.0, 500.0, 300.0, 200.0)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Six trials of unequal length, of two widths."""
+    folder = tmp_path_factory.mktemp("trials")
+    return [
+        read_results(escaped_trial(folder / f"{k}", Worm(exit_width_mm=w, seed=20 + k), seconds))
+        for k, (w, seconds) in enumerate(zip(WIDTHS, DURATIONS_S, strict=True))
+    ]
+
+
+@pytest.fixture(scope="module")
+def trials(results):
+    return [trial_sums(item, f"worm {k}", f"{k}") for k, item in enumerate(results)]
+
+
+@pytest.fixture(scope="module")
+def pooled(trials):
+    return numbers(Pool.of(trials))
+
+
+def numbers(pool):
+    return {pooled.quantity.name: pooled for pooled in pooled_quantities(pool)}
+
+
+def test_a_pool_of_one_trial_has_the_trials_own_numbers(results, trials):
+    """Those that frames and pixels are allowed for agree to a percent, all others exactly."""
+    pooled = numbers(Pool.of(trials[:1]))
+    told = 0
+    for name, found in pooled.items():
+        own = results[0].quantity(name)
+        if own.value is None or found.quantity.value is None:
+            continue
+        close = {"rel": 0.02 if name in NEARLY else 2e-3}
+        assert found.quantity.value == pytest.approx(own.value, **close), name
+        told += 1
+    assert told > 12
+
+
+def test_pooled_fractions_and_means_are_of_all_events_not_of_the_trials_means(results, pooled):
+    found = pooled
+    attempts = [item.passages["complete"] == 1.0 for item in results]
+    attempts = [
+        rows & (item.passages["record"] == "attempt")
+        for rows, item in zip(attempts, results, strict=True)
+    ]
+    wins = [item.passages["success"][rows] for rows, item in zip(attempts, results, strict=True)]
+    assert found["success"].quantity.value == pytest.approx(np.concatenate(wins).mean())
+    assert found["success"].quantity.n == sum(map(len, wins))
+    assert found["success"].quantity.value != pytest.approx(np.mean([w.mean() for w in wins]))
+    finds = [item.passages["tau_h_s"] for item in results]
+    assert found["tau_h"].quantity.n == int(np.isfinite(np.concatenate(finds)).sum())
+
+
+def test_the_worms_laws_are_found_in_the_pool(pooled):
+    found = {name: number.quantity for name, number in pooled.items()}
+    assert found["success"].low < 0.6 < found["success"].high
+    assert found["psi_b_positive_peak"].value == pytest.approx(np.degrees(LEAN), abs=2)
+    assert found["psi_b_negative_peak"].value == pytest.approx(-np.degrees(LEAN), abs=2)
+    assert found["reversal_per_cycle"].value == pytest.approx(0.05, abs=0.03)
+    assert found["d_c"].value == pytest.approx(1.95, rel=0.15)
+
+
+def test_c_theta_is_pooled_over_pairs(results, trials):
+    correlation = of_pool(Pool.of(trials[:2])).correlation
+    pairs = np.array([item.correlation.pairs for item in results[:2]])
+    products = np.array([np.nan_to_num(item.correlation.c) for item in results[:2]]) * pairs
+    known = pairs.sum(axis=0) > 0
+    np.testing.assert_array_equal(correlation.pairs, pairs.sum(axis=0))
+    np.testing.assert_allclose(
+        correlation.c[known], products.sum(axis=0)[known] / pairs.sum(axis=0)[known]
+    )
+
+
+def test_the_order_of_the_trials_does_not_matter(trials):
+    first, second = numbers(Pool.of(trials[:4])), numbers(Pool.of(trials[3::-1]))
+    for name, number in first.items():
+        assert second[name].quantity.n == number.quantity.n
+        if number.quantity.value is not None:
+            assert second[name].quantity.value == pytest.approx(number.quantity.value, rel=1e-6)
+
+
+def test_mirrored_trials_turn_the_other_way_and_have_the_same_law(tmp_path, trials):
+    worm = Worm(exit_width_mm=WIDTHS[1], seed=21)
+    mirrored = read_results(escaped_trial(tmp_path / "mirror", worm, DURATIONS_S[1], mirrored=True))
+    here, there = numbers(Pool.of([trials[1]])), numbers(Pool.of([trial_sums(mirrored)]))
+    for name in ("d_c", "v_w", "v_b", "success", "theta_dot_psi_b_correlation"):
+        if here[name].quantity.value is not None:
+            assert there[name].quantity.value == pytest.approx(here[name].quantity.value, rel=0.02)
+    np.testing.assert_allclose(
+        np.sort(trial_sums(mirrored).events["theta_h0"]),
+        np.sort(-trials[1].events["theta_h0"]),
+        atol=1e-6,
+    )
+
+
+def test_five_trials_are_drawn_again_and_fewer_rest_on_their_events(trials):
+    assert pooled_quantity(Pool.of(trials[:5]), "d_c").by == BY_TRIALS
+    assert pooled_quantity(Pool.of(trials[:4]), "d_c").by == BY_EVENTS
+
+
+def test_trials_that_are_all_alike_have_no_spread_and_others_do(trials, pooled):
+    alike = Pool.of([replace(trials[0], provenance={}) for _ in range(6)])
+    same, other = pooled_quantity(alike, "v_b").quantity, pooled["v_b"].quantity
+    assert same.high - same.low == pytest.approx(0, abs=1e-9)
+    assert other.low < other.value < other.high
+
+
+def test_each_width_is_a_pool_of_its_own(trials, pooled):
+    pool = Pool.of(trials)
+    assert [(part.width_mm, len(part.trials)) for part in pool.by_width] == [(1.0, 3), (3.0, 3)]
+    whole, parts = pooled, [numbers(part) for part in pool.by_width]
+    assert whole["success"].quantity.n == sum(part["success"].quantity.n for part in parts)
+    assert [part["beta"].quantity.paper for part in parts] == [0.50, 0.42]
+    assert whole["beta"].quantity.paper is None
+
+
+@given(st.sampled_from(PAPER_WIDTHS_MM), st.floats(-0.149, 0.149))
+def test_a_width_near_one_of_the_papers_is_taken_for_it(width_mm, off):
+    assert group_width_mm(width_mm * (1 + off)) in PAPER_WIDTHS_MM
+    assert group_width_mm(width_mm * (1 + off / 3)) == width_mm
+
+
+def test_a_width_that_is_not_known_is_in_no_group(trials):
+    unknown = replace(trials[0], exit_width_mm=float("nan"))
+    assert np.isnan(group_width_mm(float("nan")))
+    pool = Pool.of([unknown, trials[3]])
+    assert [part.width_mm for part in pool.by_width] == [3.0]
+    assert len(pool.trials) == 2
+
+
+def test_a_trial_that_is_there_twice_is_refused(trials):
+    twin = replace(trials[0], directory="again")
+    with pytest.raises(ReportError, match="again: is the same trial as 0"):
+        Pool.of([*trials, twin])
+
+
+def test_chambers_of_different_size_are_refused(trials):
+    small = replace(trials[1], radius_mm=5.0, directory="small")
+    with pytest.raises(ReportError, match=r"small: its chamber has R = 5 mm"):
+        Pool.of([trials[0], small])
+
+
+def test_c_theta_at_different_lags_is_not_pooled(trials):
+    coarse = replace(trials[1], lag_s=trials[1].lag_s * 2)
+    evidence = of_pool(Pool.of([trials[0], coarse]))
+    assert evidence.correlation is None
+    assert evidence.quantity("t_per").value is None
+
+
+def test_one_trials_report_keeps_the_numbers_of_its_summary(results):
+    evidence = of_trial(results[0])
+    assert evidence.quantity("d_c") == results[0].quantity("d_c")
+    assert evidence.counted(3, "visits") == "n\u00a0=\u00a03 visits"
