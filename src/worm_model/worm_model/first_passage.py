@@ -27,7 +27,7 @@ SURE = 1.0 - 1e-4
 _CIRCLE = 32
 """Points of the circle about s = 0 from which the moments are taken."""
 _RATIO = 4.0
-_FEWEST_TERMS, _MOST_TERMS, _KEPT_TERMS = 2048, 1 << 17, 1 << 14
+_FEWEST_TERMS, _MOST_TERMS, _KEPT_TERMS = 1024, 1 << 17, 1 << 14
 _TERMS_A_ROUND = 16
 
 
@@ -233,13 +233,13 @@ class FirstPassage:
         cell = int(np.searchsorted(found, probability))
         cell = min(max(cell, 1), len(times) - 1)
         low, high = times[cell - 1], times[cell]
-        slope = (smooth[cell] - smooth[cell - 1]) / (high - low)
+        first = min(max(cell - 2, 0), len(times) - 4)
         sharp = self._sharp_until(number)
         for _ in range(3):
-            fine = np.linspace(low, high, 65)
+            fine = np.linspace(low, high, 33)
             value = sharp.within(fine * self._speed)
-            value += smooth[cell - 1] + slope * (fine - times[cell - 1])
-            step = int(np.argmax(value >= probability)) if value[-1] >= probability else 64
+            value += _cubic(fine, times[first : first + 4], smooth[first : first + 4])
+            step = int(np.argmax(value >= probability)) if value[-1] >= probability else 32
             step = max(step, 1)
             low, high = fine[step - 1], fine[step]
         return float(high)
@@ -331,3 +331,11 @@ def _checked(t_s: ArrayLike) -> Floats:
     if not np.all((times >= 0.0) & (times < inf)):
         raise ValueError("times must be finite and not below 0")
     return times
+
+
+def _cubic(x: Floats, nodes: Floats, values: Floats) -> Floats:
+    """Return the cubic through four evenly spaced points."""
+    u = (x - nodes[1]) / (nodes[1] - nodes[0])
+    outer = u * (u - 1.0) * (values[3] * (u + 1.0) - values[0] * (u - 2.0)) / 6.0
+    inner = (u + 1.0) * (u - 2.0) * (values[1] * (u - 1.0) - values[2] * u) / 2.0
+    return np.asarray(outer + inner)
