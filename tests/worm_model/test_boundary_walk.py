@@ -26,7 +26,7 @@ def assert_agrees(estimate, value, standard_errors=STANDARD_ERRORS):
     [(0.30, ReversalRule.PER_CYCLE, 50.88, 0.151), (0.45, ReversalRule.PER_PHASE, 98.84, 0.129)],
 )
 def test_known_values_at_one_millimetre(reversal, rule, tau_s, skips):
-    result = simulate(replace(PAPER, reversal=reversal, rule=rule), 100_000, seed=1)
+    result = simulate(replace(PAPER, reversal=reversal, rule=rule), 30_000, seed=1)
     assert result.found.all()
     assert_agrees(result.mean_tau_h_s(), tau_s)
     assert_agrees(result.mean_skips(), skips)
@@ -48,7 +48,7 @@ def test_skips_of_a_head_that_never_turns_follow_their_closed_form():
     later = hop / (slide + hop) * over
     reach = (1 / slide + 1 / hop) * (walk.circumference_mm - arc)
     first = later * (1 - (1 - exp(-reach)) / reach)  # it starts sliding, anywhere on the wall
-    assert_agrees(simulate(walk, 200_000, seed=3).mean_skips(), first / (1 - later))
+    assert_agrees(simulate(walk, 50_000, seed=3).mean_skips(), first / (1 - later))
 
 
 @pytest.mark.parametrize("rate_s", [0.02, 0.2, 1.0])
