@@ -134,6 +134,18 @@ def test_a_trial_that_a_walk_made_is_held_together_by_that_walk():
     assert len(found["per_cycle", "v_b"].held) == 3, "nothing was counted per cycle"
 
 
+def test_an_observation_without_an_interval_takes_no_part():
+    trial = [
+        Quantity("w_s", PAPER.exit_arc_mm),
+        Quantity("v_w", 2.0, 1.9, 2.1, 50),
+        Quantity("t_per", 20.0, n=50),
+        Quantity("tau_h", 30.0, 20.0, 50.0, 12),
+    ]
+    fit = fit_walk(trial, Rig(exit_width_mm=1.0).geometry())
+    needs = trial_needs({q.name: q for q in trial}, fit)
+    assert {n.observation for n in needs} == {"tau_h"}
+
+
 def needs_of(*intervals):
     return [
         NeededReversal("per_cycle", "v_w", str(number), low, low, high)

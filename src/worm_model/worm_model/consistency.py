@@ -149,12 +149,15 @@ def invert(
 def trial_observations(
     found: Mapping[str, Quantity], fit: Fit, rule: ReversalRule
 ) -> list[Observation]:
-    """Return what a trial observed: counted reversals, t_per, ⟨τ_h⟩ and n_s, as far as it did."""
+    """Return what a trial observed: counted reversals, t_per, ⟨τ_h⟩ and n_s, as far as it did.
+
+    What has no interval is left out: nothing could be said to agree with it.
+    """
     counted = fit.numbers[REVERSAL_NAMES[rule]]
     items = [Observation("reversal", (counted.value, counted.low, counted.high))]
     items = items if counted.is_measured else []
     items += [Observation(name, interval_of(found, name), name) for name in OF_TRIAL]
-    return [item for item in items if all(isfinite(number) for number in item.interval[:1])]
+    return [item for item in items if all(map(isfinite, item.interval))]
 
 
 def trial_needs(found: Mapping[str, Quantity], fit: Fit) -> tuple[NeededReversal, ...]:

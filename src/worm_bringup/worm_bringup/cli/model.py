@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from worm_bringup.cli.model_compare import compare
 from worm_model.boundary_walk import ReversalRule, WalkParameters
 from worm_model.walk_figures import write_figure
 from worm_model.walk_state import Direction, Phase, WalkState
@@ -23,6 +24,7 @@ _DEFAULTS = WalkParameters()
 model = typer.Typer(
     name="model", help="Ask the boundary walk, solved exactly.", no_args_is_help=True
 )
+model.command()(compare)
 
 
 @model.command()
