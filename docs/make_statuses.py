@@ -14,7 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_model.rig import Body, Optics, Rig, draw
+from worm_model.rig import Body, Optics, Rig, clear_view, draw, expose
+from worm_model.rig.disturbances import add_glare
 from worm_msgs_py import Status, TrackedFrame
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
@@ -65,7 +66,18 @@ def films() -> dict[Status, list[Picture]]:
         Status.TOO_SMALL: [*seen, draw(RIG, fragment, 30)],
         Status.TOO_LARGE: [*seen, np.minimum(draw(RIG, worms[-1], 30), draw(RIG, pipette, 30))],
         Status.AMBIGUOUS: [*seen, *empty, np.minimum(*(draw(RIG, body, 30) for body in pair))],
+        Status.BRIDGED: [glaring(worm, k, 0.5) for k, worm in enumerate(worms)],
+        Status.END_HIDDEN: [glaring(worm, k, 0.0) for k, worm in enumerate(worms)],
     }
+
+
+def glaring(worm: Body, frame: int, at: float) -> Picture:
+    """Return a frame with glare where a part of the last frame's worm will lie, 0 its head."""
+    last = crawling(23)
+    x, y = RIG.chambers[0].to_metres(*last.at(at * last.length_px))
+    view = clear_view(RIG, worm)
+    add_glare(view, RIG, (1e3 * x, 1e3 * y, 0.9), 230.0)
+    return expose(RIG, view, frame)
 
 
 def first_of(status: Status, pictures: Iterable[Picture]) -> tuple[Picture, TrackedFrame]:
@@ -111,8 +123,10 @@ def with_midline(picture: Picture, tracked: TrackedFrame) -> Picture:
     """Draw what was found."""
     colour = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
     line = np.stack([tracked.midline.u_px, tracked.midline.v_px], axis=1)
+    line = line[np.isfinite(line).all(axis=1)]
     if len(line):
         cv2.polylines(colour, [np.rint(16 * line).astype(np.int32)], False, AMBER, 1, 16, 4)
+    if np.isfinite(tracked.state.head.u_px):
         head = tuple(np.rint(16 * line[0]).astype(int).tolist())
         cv2.circle(colour, head, 48, BLUE, -1, cv2.LINE_AA, 4)
     return np.asarray(colour, np.uint8)

@@ -112,7 +112,7 @@ class Analysis:
         """Say why a state cannot count; empty where it can."""
         if self._last_ns is not None and state.stamp_ns <= self._last_ns:
             return STALE
-        if state.status is not Status.TRACKED or state.head.u_px != state.head.u_px:
+        if not state.status.may_have_head or state.head.u_px != state.head.u_px:
             return UNTRACKED
         if state.head_certainty < self._parameters.min_head_certainty:
             return UNCERTAIN

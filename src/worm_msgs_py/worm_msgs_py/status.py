@@ -19,11 +19,23 @@ class Status(IntEnum):
     TOO_SMALL = 6
     TOO_LARGE = 7
     AMBIGUOUS = 8
+    BRIDGED = 9
+    END_HIDDEN = 10
 
     @property
     def label(self) -> str:
         """Lower-case name, as written to the column `status`."""
         return self.name.lower()
+
+    @property
+    def has_pose(self) -> bool:
+        """Whether head, centroid, tail and midline are given."""
+        return self in (Status.TRACKED, Status.BRIDGED)
+
+    @property
+    def may_have_head(self) -> bool:
+        """Whether a head may be given: with `END_HIDDEN` it is where the hidden end is the tail."""
+        return self.has_pose or self is Status.END_HIDDEN
 
     @property
     def reason(self) -> str:
@@ -52,4 +64,7 @@ _REASONS = {
     Status.TOO_SMALL: "What stands out is too small to be the worm seen so far.",
     Status.TOO_LARGE: "What stands out is too large to be one worm.",
     Status.AMBIGUOUS: "Several objects could be the worm.",
+    Status.BRIDGED: "A part of the body between its ends was hidden; the midline there is "
+    "interpolated.",
+    Status.END_HIDDEN: "An end of the body was hidden; it is not given, nor is the midline there.",
 }

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_tracker.glare import any_white, white_from
 from worm_tracker.light import Floats, Picture
 from worm_tracker.segmentation import Window, whole
 
@@ -46,7 +47,8 @@ class Background:
     def __init__(
         self, picture: Picture, ground: Floats, worm: Picture, water: NDArray[np.bool_]
     ) -> None:
-        hidden = worm > 0
+        self.limit = white_from(np.rint(ground).astype(np.uint8))
+        hidden = (worm > 0) | (picture > self.limit)
         self._mean = np.where(hidden, ground, picture).astype(np.float32)
         self._count = np.where(hidden, 0, 1).astype(np.float32)
         self.picture = np.rint(self._mean).astype(np.uint8)
@@ -141,6 +143,10 @@ class Background:
         self._count = np.minimum(count, EAGER_FRAMES).astype(np.float32)
         self._frames = 0
         self.picture = np.asarray(cv2.convertScaleAbs(self._mean), np.uint8)
+        self.limit = np.asarray(
+            cv2.warpAffine(self.limit, motion, size, flags=cv2.INTER_NEAREST, borderValue=255),
+            np.uint8,
+        )
         clear = cv2.warpAffine(self._clear, motion, size, flags=cv2.INTER_NEAREST)
         self._clear = np.asarray(clear, np.float32)
         self._dim = np.rint(DIM * self._clear).astype(np.uint8)
@@ -166,6 +172,7 @@ class Background:
         taken : ndarray of bool
             Which pixels of the window.
         """
+        taken = taken & (picture[window] <= self.limit[window])
         self._mean[window][taken] = picture[window][taken] / np.float32(gain)
         self._count[window][taken] = np.maximum(self._count[window][taken], 1)
         self.picture[window][taken] = cv2.convertScaleAbs(self._mean[window])[taken]
@@ -195,6 +202,12 @@ class Background:
         self._frames += 1
         band = slice(first, last), slice(0, picture.shape[1])
         hidden = hide(band)
+        if any_white(picture[band], self.limit[band]):
+            white = cv2.compare(picture[band], self.limit[band], cv2.CMP_GT)
+            white = cv2.dilate(white, np.ones((5, 5), np.uint8))
+            hidden = np.asarray(
+                white if hidden is None else cv2.bitwise_or(hidden, white), np.uint8
+            )
         count, mean = self._count[first:last], self._mean[first:last]
         now = picture[first:last] * np.float32(1 / gain)
         most = max(self._visits, EAGER_FRAMES)

@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 
 from worm_msgs_py.chamber import Geometry
 from worm_tracker.background import MAX_GAIN, MIN_GAIN, Background
+from worm_tracker.bridging import Joined, join, paint
+from worm_tracker.glare import any_white, near, seen_through, white_from
+from worm_tracker.known import Known
 from worm_tracker.light import WALL_REACH_PX, Picture, arena_of, empty_rig
 from worm_tracker.outline import Floats
 from worm_tracker.segmentation import (
@@ -22,6 +25,7 @@ from worm_tracker.segmentation import (
     noise_of,
     pick,
     smoothed,
+    thickness,
     whole,
     window_around,
 )
@@ -42,6 +46,8 @@ SLIGHT = 3.5
 """Change, over the noise, that is taken at once where there is dirt in the background already."""
 NEAR_END = 2.0
 """How far around its ends nothing is taken for dirt, in widths."""
+BEYOND = 6.0
+"""How far around the worm it is looked for where there is glare, in widths."""
 HIDE_PX = 5
 """How far around the worm its blur may darken the background."""
 
@@ -63,6 +69,11 @@ class Sight:
         The object that is the worm.
     threshold : float
         Of `smooth`: what lies above is object.
+    joined : Joined or None
+        Where a part of the worm is hidden: how the rest was put together, in the window's
+        coordinates. What is hidden is drawn into `signal` as it is supposed to be.
+    zone : ndarray of uint8, or None
+        Not zero where glare leaves the body's width untold; None where there is none near it.
     """
 
     window: Window
@@ -70,6 +81,8 @@ class Sight:
     smooth: Picture
     blob: Blob
     threshold: float
+    joined: Joined | None = None
+    zone: Picture | None = None
 
 
 class Finder:
@@ -101,19 +114,29 @@ class Finder:
         everything = whole(picture.shape)
         blobs = find_blobs(signal, self._threshold, everything)
         worm = draw_blob(blobs[0], everything, widen=6) if blobs else np.zeros_like(picture)
+        white = cv2.compare(picture, white_from(np.rint(ground).astype(np.uint8)), cv2.CMP_GT)
+        if white.any():  # what is near glare may be another part of the worm
+            around = np.ones((2 * MARGIN_PX + 1, 2 * MARGIN_PX + 1), np.uint8)
+            near_white = cv2.dilate(white, around)
+            for blob in blobs[1:]:
+                piece = draw_blob(blob, everything, widen=6)
+                if cv2.bitwise_and(piece, near_white).any():
+                    worm |= piece
         self._background = Background(picture, ground, worm, _water(arena, geometry))
         self.blob: Blob | None = None
         self.body: Floats | None = None
         self.width = 0.0
+        self._length = 0.0
         self._frames = 0
         self._crowded = False
+        self._veiled = False
         self._plain = np.rint(ground).astype(np.uint8)
         self.rivals = False
 
-    def expect(self, area: float, width: float, level: float) -> None:
-        """Take what the worm's area, width and its signal's level are known to be."""
-        self._area, self.width = area, width
-        self._threshold = max(THRESHOLD * level, 4 * self._noise)
+    def expect(self, known: Known) -> None:
+        """Take what is known of the worm."""
+        self._area, self._length, self.width = known.area, known.length, known.width
+        self._threshold = max(THRESHOLD * known.level, 4 * self._noise)
 
     def move(self, picture: Picture, geometry: Geometry, motion: Floats | None) -> None:
         """Take a new geometry; see `Follower.move`."""
@@ -137,6 +160,11 @@ class Finder:
     def find(self, picture: Picture, gain: float) -> Sight | None:
         """Find the worm, near where it was, else in all of the picture."""
         everything = whole(picture.shape)
+        sight = self._find_parts(picture, gain)
+        self._veiled = sight is not None and sight.joined is not None
+        if sight is not None:
+            self.blob = sight.blob
+            return sight
         windows = [everything]
         if self.blob is not None:
             windows.insert(0, window_around(self.blob.box, MARGIN_PX, picture.shape))
@@ -151,10 +179,58 @@ class Finder:
                 self.blob = blob
                 self._crowded = len(blobs) > 1 or blob.area > OVERGROWN * self._area
                 return Sight(window, signal, smooth, blob, self._threshold)
-        self.blob = None
+        self.blob = self.body = None
         if not self._area:  # no worm has been seen yet: the threshold may be wrong
             self._threshold = first_threshold(signal, self._noise)
         return None
+
+    def _find_parts(self, picture: Picture, gain: float) -> Sight | None:
+        """Find a worm that glare may hide a part of; None where there is none near it."""
+        window, body = whole(picture.shape), self.body
+        if body is not None:
+            u, v, w, h = cv2.boundingRect(body.astype(np.float32))
+            around = round(BEYOND * self.width)
+            window = window_around((u, v, u + w, v + h), around, picture.shape)
+        now, limit = picture[window], self._background.limit[window]
+        if not any_white(now, limit) or not np.isfinite(self._threshold):
+            return None
+        ground = self._background.scaled(gain, window)
+        width = self.width or self._width(picture, gain)
+        through = seen_through(now, limit, ground, self._arena[window], width, self._threshold)
+        offset = np.array([window[1].start, window[0].start])
+        if body is not None:
+            body = body - offset
+            if not near(through.zone, body, 2 * width):
+                return None
+        blobs = find_blobs(through.smooth, self._threshold, whole(now.shape))
+        level = self._threshold / THRESHOLD
+        joined = join(blobs, through.signal, through.zone, width, self._length, level, body)
+        signal, smooth = through.signal, through.smooth
+        if joined is not None:
+            signal = paint(signal, joined.bridges, width, level)
+            smooth = paint(smooth, joined.bridges, width, level)
+            for piece in joined.pieces:  # one object, also where it fades
+                smooth = paint(smooth, [piece], 1, level)
+        blobs = find_blobs(smooth, self._threshold, window)
+        if joined is None:
+            blob = self._pick(blobs)
+        else:
+            u, v = joined.pieces[0][len(joined.pieces[0]) // 2] + offset
+            inside = [cv2.pointPolygonTest(b.contour[:, None], (u, v), True) for b in blobs]
+            blob = blobs[int(np.argmax(inside))] if blobs else None
+        if blob is None:
+            return None
+        return Sight(window, signal, smooth, blob, self._threshold, joined, through.zone)
+
+    def _width(self, picture: Picture, gain: float) -> float:
+        """Return a first guess of the worm's width: the thickness of the largest object."""
+        everything = whole(picture.shape)
+        signal = self._background.signal(picture, gain, everything)
+        cv2.bitwise_and(signal, self._arena, dst=signal)
+        blobs = find_blobs(smoothed(signal), self._threshold, everything)
+        if not blobs:
+            return 3.0
+        return thickness(draw_blob(blobs[0], everything))
 
     def learn(self, picture: Picture, gain: float, body: Floats, entire: bool) -> None:
         """Let the background follow the picture where the worm is not.
@@ -168,7 +244,8 @@ class Finder:
         entire : bool
             Whether it is that of all of the worm: what is elsewhere is something else.
         """
-        self._background.learn(picture, gain, self._hide(picture, gain))
+        if not self._veiled:  # else not all of the worm may be known
+            self._background.learn(picture, gain, self._hide(picture, gain))
         if len(body):
             self.body = body
         if entire and self.blob is not None:

@@ -3,7 +3,6 @@
 from dataclasses import replace
 from math import log
 
-import cv2
 import numpy as np
 
 from worm_msgs_py.chamber import Geometry
@@ -11,16 +10,17 @@ from worm_msgs_py.status import Status
 from worm_tracker.carrying import Carried, carry, centroid_of
 from worm_tracker.clutter import views
 from worm_tracker.finding import Finder, Sight
+from worm_tracker.hiding import hidden_in
 from worm_tracker.known import Known, length_of, mean_width, nearer_turned
 from worm_tracker.light import Picture
 from worm_tracker.observation import Observation
 from worm_tracker.outline import Floats, Rough, rough_midline
 from worm_tracker.refinement import Fine, refine
-from worm_tracker.segmentation import Blob, draw_blob, moved
+from worm_tracker.segmentation import Blob, draw_blob, moved, thickness
 from worm_tracker.trail import trail_of
 
 MOST_STRETCH = 0.15
-"""Log of the length over the known one beyond which a midline that came in a leap is not believed."""
+"""Log of the length over the known one beyond which a midline after a leap is not believed."""
 MOST_STRETCH_A_FRAME = 0.08
 """Log of the length over that of the frame before: this and `MOST_STRETCH` at once are an error,
 because a worm does not stretch in a moment."""
@@ -95,7 +95,7 @@ class Follower:
             self._lost += 1
             found = Observation(Status.AMBIGUOUS if self._finder.rivals else Status.NO_WORM)
         else:
-            found = self._observe(sight, carried)
+            found = hidden_in(self._observe(sight, carried), sight, self._known)
             self._lost = 0
         resolved = len(found.points) > 0
         self._before, self._last = self._last, found.points if resolved else None
@@ -114,11 +114,14 @@ class Follower:
             if known.frames < SETTLED_FRAMES:  # what was seen at first was not the worm
                 self._known = None
             return Observation(Status.TOO_LARGE, blob.u, blob.v)
+        if known is None and sight.joined is not None and any(sight.joined.hidden):
+            return Observation(Status.END_HIDDEN)
         fine = None
         for view in views(sight, known, self._finder.body):
             fine = self._outlined(view)
             if fine is not None and self._continues(fine):
-                self._learn(fine, view.blob)
+                if known is None or sight.joined is None:
+                    self._learn(fine, view.blob)
                 return _seen(fine, _agreement(fine, view.blob))
         return self._carry(view, carried, fine)
 
@@ -141,7 +144,12 @@ class Follower:
         if known is None or not len(found.points) or known.frames < SETTLED_FRAMES:
             return False
         same = abs(log(length_of(found.points) / known.length)) < SAME_LENGTH
-        return same and found.confidence > SURE and self._carried is None
+        return (
+            same
+            and found.status is Status.TRACKED
+            and found.confidence > SURE
+            and self._carried is None
+        )
 
     def _continues(self, fine: Fine) -> bool:
         """Tell whether a midline can be that of the frame before, a frame later."""
@@ -179,7 +187,7 @@ class Follower:
             self._known = Known.of(fine, blob.area)
         else:
             self._known.learn(fine, fine.widths, blob.area)
-        self._finder.expect(self._known.area, self._known.width, self._known.level)
+        self._finder.expect(self._known)
 
     def _carry(self, sight: Sight, carried: Carried | None, fine: Fine | None) -> Observation:
         """Carry the last midline on; a leap that remains is said by a low confidence."""
@@ -222,5 +230,4 @@ def _agreement(fine: Fine, blob: Blob) -> float:
 
 def _thickness(sight: Sight) -> float:
     """Return a first guess of the body's width, from the distance to the outline."""
-    inside = cv2.distanceTransform(draw_blob(sight.blob, sight.window), cv2.DIST_L2, 5)
-    return max(2 * float(inside.max()) - 1, 3.0)
+    return thickness(draw_blob(sight.blob, sight.window))

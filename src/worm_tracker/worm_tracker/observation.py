@@ -23,6 +23,8 @@ class Observation:
         How well the body explains the picture, 0 to 1.
     width : float
         Mean width over the middle four fifths; NaN where there is no midline.
+    hidden : tuple of int
+        How many points at the midline's first, and last, end were not seen but supposed.
     """
 
     status: Status
@@ -32,3 +34,4 @@ class Observation:
     widths: Floats = field(default_factory=lambda: np.empty(0))
     confidence: float = 0.0
     width: float = float("nan")
+    hidden: tuple[int, int] = (0, 0)

@@ -159,6 +159,11 @@ def alike(blobs: list[Blob], area: float) -> bool:
     return sum(abs(log(blob.area / area)) < ALIKE for blob in blobs) > 1 if area > 0 else False
 
 
+def thickness(mask: Picture) -> float:
+    """Return the width of what is thickest in a mask, at least 3 pixels."""
+    return max(2 * float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max()) - 1, 3.0)
+
+
 def smoothed(signal: Picture) -> Picture:
     """Return the signal with the noise of single pixels taken off."""
     return np.asarray(cv2.GaussianBlur(signal, (3, 3), 0), np.uint8)

@@ -51,22 +51,24 @@ def tracked_frame(
     """
     points = seen.points if head_first else seen.points[::-1]
     widths = seen.widths if head_first else seen.widths[::-1]
+    head_hidden, tail_hidden = seen.hidden if head_first else seen.hidden[::-1]
     anchor = points[0] if len(points) else np.array([seen.u, seen.v])
     chamber, where = locate(geometry, anchor, home)
     scale = 1e3 * px_per_mm if chamber is None else chamber.px_per_m
     body = len(points) > 0
-    length = float(arc_length(points)[-1]) if body else NAN
+    length = float(arc_length(points)[-1]) if body and not any(seen.hidden) else NAN
     head, tail = (Keypoint(), Keypoint())
-    if body:
+    if body and not head_hidden:
         head = _keypoint(points[0], points[0] - _along(points, 0.1), chamber, scale)
+    if body and not tail_hidden:
         tail = _keypoint(points[-1], _along(points, 0.9) - points[-1], chamber, scale)
     centre = np.array([seen.u, seen.v])
-    heading = points[0] - centre if body else np.full(2, NAN)
+    heading = points[0] - centre if body and not head_hidden else np.full(2, NAN)
     state = BodyState(
         frame=frame,
         stamp_ns=stamp_ns,
         frame_id=chamber.name if chamber else CAMERA,
-        where=where if body else Where.UNKNOWN,
+        where=where if body and not head_hidden else Where.UNKNOWN,
         status=seen.status,
         geometry=geometry.version if chamber and geometry else 0,
         confidence=seen.confidence,
@@ -81,9 +83,15 @@ def tracked_frame(
     )
     if not body:
         return TrackedFrame(state, Midline.empty())
+    s, widths = arc_length(points), widths.copy()
+    if any(seen.hidden):
+        unseen = np.ones(len(points), bool)
+        unseen[head_hidden : len(points) - tail_hidden] = False
+        points, s[unseen], widths[unseen] = points.copy(), NAN, NAN
+        points[unseen] = NAN
     x, y = _metres(points[:, 0], points[:, 1], chamber, scale)
     u, v = np.ascontiguousarray(points.T)
-    return TrackedFrame(state, Midline(u, v, x, y, arc_length(points), widths.copy()))
+    return TrackedFrame(state, Midline(u, v, x, y, s, widths))
 
 
 def _keypoint(point: Floats, direction: Floats, chamber: Chamber | None, scale: float) -> Keypoint:

@@ -1,7 +1,7 @@
 """The tracker: pictures in, one `TrackedFrame` per picture out, in order."""
 
 from collections import Counter, deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -249,14 +249,8 @@ class Tracker:
 
 def _turned(seen: Observation) -> Observation:
     """Return an observation with its midline the other way round."""
-    return Observation(
-        seen.status,
-        seen.u,
-        seen.v,
-        seen.points[::-1],
-        seen.widths[::-1],
-        seen.confidence,
-        seen.width,
+    return replace(
+        seen, points=seen.points[::-1], widths=seen.widths[::-1], hidden=seen.hidden[::-1]
     )
 
 

@@ -13,6 +13,7 @@ READING = (
     "Every frame of the bag is in exactly one row. A gap in a row means that the frame had "
     "another status. The number at the right is the count of frames."
 )
+WITH_POSE = [status.label for status in Status if status.has_pose]
 COLUMNS = 1200
 """Runs are drawn no finer than this many parts of the trial: no screen shows more."""
 
@@ -37,7 +38,7 @@ def statuses(results: Results) -> Panel:
     axes = figure.add_subplot()
     for place, label in enumerate(reversed(present)):
         chosen = status == label
-        colour = TAIL if label == Status.TRACKED.label else HEAD
+        colour = TAIL if label in WITH_POSE else HEAD
         axes.broken_barh(runs(t_s, chosen), (place - 0.36, 0.72), color=colour, linewidth=0)
         axes.annotate(
             thousands(int(chosen.sum())),

@@ -37,7 +37,7 @@ class Record:
     midline_px : list of ndarray, shape (k, 2), or None
         Head first; empty where there is none.
     tracked : ndarray of bool, shape (n,)
-        Whether the frame has a head and is not disowned by its status.
+        Whether the frame has a head and a status that gives a pose, also a bridged one.
     head_certainty, r_h_mm : ndarray, shape (n,), or None
     contact : ndarray, shape (n,), or None
         1 in contact, 0 not, NaN unknown.

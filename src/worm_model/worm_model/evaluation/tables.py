@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from worm_model.evaluation.record import Circle, EvaluationError, Reals, Record
+from worm_msgs_py import Status
 
 TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
 _POINTS = ("head", "centroid", "tail")
@@ -83,7 +84,7 @@ def record_of(
     )
     tracked = np.isfinite(head[:, 0] + head[:, 1])
     if "status" in columns:
-        tracked &= np.array([status == "tracked" for status in columns["status"]], dtype=bool)
+        tracked &= np.isin(columns["status"], [each.label for each in Status if each.has_pose])
     return Record(
         name=name,
         head_px=head,
