@@ -3,16 +3,17 @@
 from dataclasses import dataclass
 from math import log
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_msgs_py.status import Status
 from worm_tracker.body_fit import fit_body, overlap
 from worm_tracker.finding import Sight
-from worm_tracker.known import Known, end_displacement
+from worm_tracker.known import Known, end_displacement, mean_width
+from worm_tracker.object_mask import centroid_of, object_mask
+from worm_tracker.observation import Observation
 from worm_tracker.outline import Floats, as_points
 from worm_tracker.refinement import Fine
-from worm_tracker.segmentation import draw_blob
 from worm_tracker.sliding import Slender, slide
 from worm_tracker.trail import Trail, sharpest_turn, trail_of
 
@@ -22,6 +23,8 @@ FREE_STRETCH = 0.05
 """Log of the length that costs nothing."""
 LESS = 0.02
 """How much less than expected a body slid along itself may be worth before others are tried."""
+EXPECTED = 0.95
+"""What a body is expected to be worth that touches itself for the first time."""
 FORGET = 0.005
 """What the expected worth loses in a frame."""
 SHARP_LESS = 0.02
@@ -49,12 +52,17 @@ class Carried:
 
     trail: Trail
     worth: float
-    expected: float = 1.0
+    expected: float = EXPECTED
 
     @property
     def points(self) -> Floats:
         """The midline, shape (POINTS, 2)."""
         return self.trail.points
+
+    def after(self, last: "Carried", offset: complex) -> "Carried":
+        """Return it in the picture's coordinates, and with what is expected of the next one."""
+        expected = max(self.worth, last.expected - FORGET)
+        return Carried(self.trail.shifted(offset), self.worth, expected)
 
 
 def carry(
@@ -89,16 +97,46 @@ def carry(
     else is tried. Else a deformable body is fitted from there, and slid once more where it was
     found, which brings it below a pixel.
     """
-    offset = complex(sight.window[1].start, sight.window[0].start)
-    scene = _Scene(sight.signal, _mask(sight), known, last.trail.shifted(-offset), frames)
+    scene, offset = _scene(sight, known, last, frames)
     found = scene.slid(scene.last)
-    if found is None or found.worth < last.expected - LESS or scene.leaps(found):
-        starts = [scene.last.points]
-        if before is not None:
-            starts.append(2 * last.points - before - as_points(np.array([offset])))
-        found = scene.best(found, starts, fine, offset)
-    expected = max(found.worth, last.expected - FORGET)
-    return Carried(found.trail.shifted(offset), found.worth, expected)
+    if found is not None and found.worth >= last.expected - LESS and not scene.leaps(found):
+        return found.after(last, offset)
+    starts = [scene.last.points]
+    if before is not None:
+        starts.append(2 * last.points - before - as_points(np.array([offset])))
+    found = scene.best(found, starts, fine, offset)
+    return found.after(last, offset)
+
+
+def observed(sight: Sight, points: Floats, known: Known, confidence: float) -> Observation:
+    """Return the observation of a carried midline; the centroid is that of what is seen."""
+    u, v = centroid_of(sight)
+    width = mean_width(known.widths)
+    return Observation(Status.TRACKED, u, v, points, known.widths, confidence, width)
+
+
+def slide_on(sight: Sight, known: Known, last: Carried) -> Carried | None:
+    """Slide the worm's body along itself, and try nothing else; None where that leads nowhere.
+
+    Parameters
+    ----------
+    sight : Sight
+        The object.
+    known : Known
+        The worm.
+    last : Carried
+        Its midline a frame before, or a frame after.
+    """
+    scene, offset = _scene(sight, known, last, 1)
+    found = scene.slid(scene.last)
+    return None if found is None or scene.leaps(found) else found.after(last, offset)
+
+
+def _scene(sight: Sight, known: Known, last: Carried, frames: int) -> "tuple[_Scene, complex]":
+    """Return an object in its window, and the window's first pixel."""
+    offset = complex(sight.window[1].start, sight.window[0].start)
+    trail = last.trail.shifted(-offset)
+    return _Scene(sight.signal, object_mask(sight), known, trail, frames), offset
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -128,12 +166,11 @@ class _Scene:
         fitted = [
             self.judged(trail_of(fit.points, None, known.width), known.widths) for fit in fits
         ]
-        others = [max(fitted, key=self.merit)]
-        sharper = self.slid(others[0].trail)
-        if sharper is not None and sharper.worth >= others[0].worth - SHARP_LESS:
-            others = [sharper]
-        if slid is not None:
-            others.append(slid)
+        best = max(fitted, key=self.merit)
+        sharper = self.slid(best.trail)
+        if sharper is not None and sharper.worth >= best.worth - SHARP_LESS:
+            best = sharper
+        others = [best] if slid is None else [slid, best]
         if fine is not None:
             trail = trail_of(fine.points, None, known.width).shifted(-offset)
             others.append(self.judged(trail, fine.widths))
@@ -154,17 +191,3 @@ class _Scene:
     def leaps(self, found: Carried) -> bool:
         """Tell whether an end is farther from where it was than it can have got."""
         return self.known.leaps(found.points, self.last.points, self.frames)
-
-
-def centroid_of(sight: Sight) -> tuple[float, float]:
-    """Return the centroid (u, v) of an object's pixels, holes left out."""
-    moments = cv2.moments(_mask(sight), binaryImage=True)
-    area = max(moments["m00"], 1.0)
-    u, v = moments["m10"] / area, moments["m01"] / area
-    return u + sight.window[1].start, v + sight.window[0].start
-
-
-def _mask(sight: Sight) -> NDArray[np.uint8]:
-    """Return the object's pixels in its window, holes open."""
-    _, above = cv2.threshold(sight.smooth, sight.threshold, 255, cv2.THRESH_BINARY)
-    return np.asarray(cv2.bitwise_and(draw_blob(sight.blob, sight.window), above), np.uint8)

@@ -1,12 +1,17 @@
-"""Which end is the head: a running log-odds from how the body moves."""
+"""Which end is the head: a running log-odds from how the body moves.
 
-from dataclasses import dataclass
+Links between frames carry it on. A link that may be the wrong way round takes its certainty away;
+how the ends look, before and after, can give it back.
+"""
+
+from dataclasses import dataclass, field
 from enum import StrEnum
 from math import exp, log
 
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_tracker.appearance import Appearance
 from worm_tracker.known import LEAP_LENGTHS, LEAP_WIDTHS
 from worm_tracker.outline import as_complex, tangents
 
@@ -20,6 +25,8 @@ MOST_STEP = 0.25
 """Most that a single step counts for, in lengths: a jump is an error, not a stride."""
 MOST_ACTIVITY_ODDS = 1.0
 """Most that the liveliness of an end can add: the head swings more than the tail."""
+MOST_LOOKS_ODDS = 1.0
+"""Most that the looks of an end can add: it looks as the head did while that was certain."""
 ACTIVITY_FRAMES = 100.0
 """Memory of the liveliness."""
 CERTAIN_ODDS = 3.0
@@ -30,6 +37,14 @@ SLIGHT_ODDS = 0.01
 """The least that an operator's correction still counts for, after links in doubt."""
 LINK_WIDTHS = 0.15
 """Typical distance, in widths, of a body's points from where they were a frame before."""
+SPEED_FRAMES = 30.0
+"""Memory of how far a body's points move in a frame."""
+POOR = 0.8
+"""A body that explains the picture less well than this does not tell where the ends are."""
+DOUBTFUL = 0.99
+"""A link less reliable than this is decided by how the ends look, if they differ."""
+LOOKS = 15
+"""Looks at the ends after such a link, the mean of which decides."""
 
 
 class ExchangeKind(StrEnum):
@@ -60,6 +75,25 @@ class Exchange:
     head_certainty: float
 
 
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What the ends' looks say of a link that was in doubt.
+
+    Attributes
+    ----------
+    frames : int
+        How many frames before this one it led to.
+    wrong : bool
+        Whether it was the wrong way round: what came after it is turned round.
+    reliability : float
+        Probability, 0.5 to 1, of that.
+    """
+
+    frames: int
+    wrong: bool
+    reliability: float
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Linked:
     """A midline joined to those before it.
@@ -72,11 +106,45 @@ class Linked:
         Probability, 0.5 to 1, that the link to the one before is not the wrong way round.
     flipped : bool
         Whether the points were turned round to get there.
+    verdict : Verdict or None
+        On an earlier link, where this frame's looks have decided it.
     """
 
     points: Floats
     reliability: float
     flipped: bool
+    verdict: "Verdict | None" = None
+
+
+@dataclass(eq=False, slots=True)
+class _Doubt:
+    """A link that may be the wrong way round, and what has been seen since.
+
+    Attributes
+    ----------
+    before : float
+        Log-odds before the link, in the order from before it.
+    same : float
+        Log-odds that the order is the same after it, by where the body was.
+    since : float
+        Log-odds from motion after it, in the order from after it.
+    marks : ndarray
+        Sum of the marks seen after it.
+    looks : int
+        How many.
+    worst : float
+        Reliability of the least reliable of the links in doubt.
+    frames : int
+        How many frames ago it was.
+    """
+
+    before: float
+    same: float
+    worst: float
+    frames: int = 0
+    since: float = 0.0
+    marks: Floats = field(default_factory=lambda: np.zeros(1))
+    looks: int = 0
 
 
 class HeadTail:
@@ -96,18 +164,36 @@ class HeadTail:
         self._seen = 0
         self._last: Floats | None = None
         self._gap = 1
+        self._unsure = 0
+        self._speed = 0.0
+        self._looks = Appearance()
+        self._head = Appearance()
+        self._doubt: _Doubt | None = None
         self._decided = 0
         self._corrected = False
         self.swaps = 0
 
     @property
     def log_odds(self) -> float:
-        """Log-odds that the first end is the head, from motion and liveliness."""
+        """Log-odds that the first end is the head, from motion, liveliness and looks."""
+        return self._moved + self._looked
+
+    @property
+    def _moved(self) -> float:
+        """Log-odds from motion and liveliness."""
         if self._corrected or self._seen <= ACTIVITY_FRAMES / 4:
             return self._motion
         first, last = self._activity.tolist()
         lively = log((first + 1e-6) / (last + 1e-6)) / 2
         return self._motion + min(max(lively, -MOST_ACTIVITY_ODDS), MOST_ACTIVITY_ODDS)
+
+    @property
+    def _looked(self) -> float:
+        """Log-odds from how the head looked while it was certain."""
+        if self._corrected or self._doubt is not None or self._looks.frames < LOOKS:
+            return 0.0
+        told = self._head.log_odds(self._looks.mean)
+        return min(max(told, -MOST_LOOKS_ODDS), MOST_LOOKS_ODDS)
 
     @property
     def begun(self) -> bool:
@@ -127,14 +213,23 @@ class HeadTail:
         """
         sign = -1.0 if self.log_odds >= 0 else 1.0
         self._motion = sign * MOST_ODDS
+        self._doubt = None
         self._corrected = True
         self._decided = int(sign)
 
     def miss(self) -> None:
         """Note a frame without a midline: the next link is less sure."""
         self._gap += 1
+        if self._doubt is not None:
+            self._doubt.frames += 1
 
-    def push(self, points: Floats, width: float) -> Linked:
+    def push(
+        self,
+        points: Floats,
+        width: float,
+        marks: Floats | None = None,
+        confidence: float = 1.0,
+    ) -> Linked:
         """Join the next midline to the chain and weigh what it says.
 
         Parameters
@@ -143,26 +238,77 @@ class HeadTail:
             Points at equal steps from tip to tip, either way round.
         width : float
             The body's width, pixels.
+        marks : ndarray, shape (2 BINS,), or None
+            How the first half differs in looks from the last one, see `marks_of`; None where the
+            body lies on itself.
+        confidence : float
+            How well the body explains the picture, 0 to 1.
         """
         if self._last is None:
             self._last = points
+            self._look(marks)
             return Linked(points, 1.0, False)
         straight = _distance(points, self._last)
         turned = _distance(points[::-1], self._last)
         flipped = turned < straight
         points = points[::-1] if flipped else points
         near, far = sorted((straight, turned))
-        # Where even the better way is far off, only the ratio of the two says anything.
-        spread = (LINK_WIDTHS * width) ** 2 * self._gap + near**2
+        frames = self._gap + self._unsure
+        if frames == 1:
+            self._speed += (near - self._speed) / SPEED_FRAMES
+        # A body not seen for long may be anywhere. Where even the better way is far off, only the
+        # ratio of the two says anything.
+        gone = self._speed * (frames - 1)
+        spread = (LINK_WIDTHS * width) ** 2 * self._gap + gone**2 + near**2
         reliability = 1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0)))
         if self._leaps(points, width):
             reliability = min(reliability, LEAP_RELIABILITY)
-        self._motion = self._bounded(_dilute(self._motion, float(reliability)))
+        self._carry_on(float(reliability))
         if self._gap <= 3:
             self._weigh(points, self._last, 2 * float(reliability) - 1)
+        self._unsure = self._unsure + self._gap if confidence < POOR else 0
+        verdict = self._look(None if marks is None else -marks if flipped else marks)
+        if verdict is not None and verdict.wrong:
+            points, flipped = points[::-1], not flipped
         self._last, self._gap = points, 1
         self._note_swap()
-        return Linked(points, float(reliability), bool(flipped))
+        return Linked(points, float(reliability), bool(flipped), verdict)
+
+    def _carry_on(self, reliability: float) -> None:
+        """Take the belief over a link."""
+        doubt = self._doubt
+        if doubt is not None:
+            doubt.same = _dilute(doubt.same, reliability)
+            doubt.since = _dilute(doubt.since, reliability)
+            doubt.frames += 1
+            if reliability < doubt.worst:
+                doubt.worst, doubt.frames = reliability, 0
+        elif reliability < DOUBTFUL:
+            same = log(reliability / (1 - reliability))
+            self._doubt = _Doubt(self._motion, same, reliability)
+        self._motion = self._bounded(_dilute(self._motion, reliability))
+
+    def _look(self, marks: Floats | None) -> Verdict | None:
+        """Remember how the ends look, or tell by it which way round a link in doubt was."""
+        if marks is None:
+            return None
+        doubt = self._doubt
+        if doubt is None:
+            self._looks.learn(marks)
+            if abs(self._moved) >= CERTAIN_ODDS:
+                self._head.learn(marks if self._moved > 0 else -marks)
+            return None
+        doubt.marks, doubt.looks = doubt.marks + marks, doubt.looks + 1
+        same = doubt.same + self._looks.log_odds(doubt.marks / doubt.looks)
+        self._motion = self._bounded(_dilute(doubt.before, 1 / (1 + exp(-same))) + doubt.since)
+        if doubt.looks < LOOKS:
+            return None
+        self._doubt = None
+        wrong = same < 0
+        if wrong:  # back to the order from before the link
+            self._motion = self._bounded(_dilute(doubt.before, certainty(same)) - doubt.since)
+            self._activity = self._activity[::-1].copy()
+        return Verdict(doubt.frames, wrong, certainty(same))
 
     def _leaps(self, points: Floats, width: float) -> bool:
         """Tell whether an end is farther from where it was than an end can have got."""
@@ -182,7 +328,10 @@ class HeadTail:
         n = len(points)
         forward = float(moved.real[n // 8 : n - n // 8].mean())
         part = min(max(forward / length, -MOST_STEP), MOST_STEP)
-        self._motion += trust * ODDS_PER_LENGTH * part
+        told = trust * ODDS_PER_LENGTH * part
+        self._motion += told
+        if self._doubt is not None:
+            self._doubt.since += told
         self._motion = self._bounded(self._motion)
         sideways = moved.imag
         k = max(1, n // 10)
@@ -218,6 +367,8 @@ def chained(certainty_after: float, reliability: float) -> float:
 
 def _dilute(log_odds: float, reliability: float) -> float:
     """Return the log-odds after a link that may be the wrong way round."""
+    if reliability == 1.0:
+        return log_odds
     p = chained(1 / (1 + exp(-log_odds)), reliability)
     return log(p / (1 - p))
 

@@ -178,9 +178,9 @@ def _cut(
     if start is None:
         if stop is None:
             stop = was_last - path.way + 0.5 * (body.length - trail.length)
-        start = stop - body.length
+        start = _hidden(stop - body.length, path, seen, body)
     elif stop is None:
-        stop = start + body.length
+        stop = total - _hidden(total - start - body.length, path, seen.turned, body)
     start, stop = max(start, 0.0), min(stop, total)
     if stop - start < LEAST_LENGTH * body.length:
         return None
@@ -188,26 +188,43 @@ def _cut(
     return Trail(curve, 0.5 * ((was_first - start) + (was_last - stop)))
 
 
+def _leaving(path: _Path, seen: CrossSections, body: Slender) -> float | None:
+    """Return at which node, between nodes, the path leaves the object beyond the first end."""
+    inside = path.beyond + round((0.8 * body.width + abs(path.way)) / path.step)
+    edge = EDGE * body.level
+    below = seen.spine[inside::-1] < edge
+    if below[0] or not below.any():
+        return None
+    node = inside - int(below.argmax())
+    high, low = float(seen.spine[node + 1]), float(seen.spine[node])
+    return node + (edge - low) / max(high - low, 1e-6)
+
+
 def _tip(
     signal: NDArray[np.uint8], curve: Complex, path: _Path, seen: CrossSections, body: Slender
 ) -> float | None:
     """Return the arc length at which the body's first end is seen; None where it is not.
 
-    Going outwards from within the body, its end is where the signal falls to a half: if the body
-    has sides behind it. Without them it is the edge of a part that lies across.
+    It is where the path leaves the object, if the body has sides before it. Without them that is
+    the edge of a part that lies across.
     """
-    step, edge = path.step, EDGE * body.level
-    inside = path.beyond + round((0.8 * body.width + abs(path.way)) / step)
-    below = seen.spine[inside::-1] < edge
-    if below[0] or not below.any():
+    node = _leaving(path, seen, body)
+    if node is None:
         return None
-    node = inside - int(below.argmax())  # the first one beyond the end
-    near, far = (node + 1 + round(part * body.width / step) for part in BEHIND)
+    near, far = (int(node) + 1 + round(part * body.width / path.step) for part in BEHIND)
     sides = seen.seen[near:far]
     if not len(sides) or sides.mean() < SEEN_SIDES:
         return None
-    high, low = float(seen.spine[node + 1]), float(seen.spine[node])
-    return _sharper(signal, curve, (node + (edge - low) / max(high - low, 1e-6)) * step, edge)
+    return _sharper(signal, curve, node * path.step, EDGE * body.level)
+
+
+def _hidden(at: float, path: _Path, seen: CrossSections, body: Slender) -> float:
+    """Return the arc length of a first end that is not seen: where the length has it, but hidden.
+
+    It cannot lie in the open, beyond the object.
+    """
+    node = _leaving(path, seen, body)
+    return at if node is None else max(at, node * path.step)
 
 
 def _sharper(signal: NDArray[np.uint8], curve: Complex, at: float, edge: float) -> float:

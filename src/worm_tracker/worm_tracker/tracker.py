@@ -11,8 +11,9 @@ from worm_msgs_py.body import TrackedFrame
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
 from worm_tracker.errors import NoChamberFound
+from worm_tracker.finding import Sight
 from worm_tracker.following import Follower
-from worm_tracker.identity import Exchange, ExchangeKind, HeadTail, certainty, chained
+from worm_tracker.identity import Exchange, ExchangeKind, HeadTail, Verdict, certainty, chained
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import Polarity, TrackerParameters
 from worm_tracker.rig_keeper import Change, RigKeeper
@@ -25,13 +26,20 @@ CHECK_STRIDE = 16
 
 @dataclass(eq=False, slots=True)
 class _Held:
-    """A frame that waits: its observation in the chain's order, and its link to the one before."""
+    """A frame that waits.
+
+    First, if it is a coil, for a frame after it that tells how the worm lay; `sight` is what must
+    be kept for that. Then for the decision which end is the head: its observation is in the
+    chain's order now, and its link to the one before has a reliability.
+    """
 
     frame: int
     stamp_ns: int
     seen: Observation
     geometry: Geometry | None
-    reliability: float
+    sight: Sight | None = None
+    marks: NDArray[np.float64] | None = None
+    reliability: float = 1.0
 
 
 class Tracker:
@@ -68,6 +76,7 @@ class Tracker:
         self._follower: Follower | None = None
         self._rig: RigKeeper | None = None
         self._identity = HeadTail()
+        self._coiled: deque[_Held] = deque()
         self._held: deque[_Held] = deque()
         self.exchanges: list[Exchange] = []
         self._head_first: bool | None = None
@@ -85,7 +94,7 @@ class Tracker:
     @property
     def held(self) -> int:
         """Frames taken that have not been given yet."""
-        return len(self._held)
+        return len(self._held) + len(self._coiled)
 
     def push(self, picture: Picture, stamp_ns: int) -> list[TrackedFrame]:
         """Take the next picture.
@@ -110,16 +119,56 @@ class Tracker:
         frame, self._frames = self._frames, self._frames + 1
         self._last_ns = stamp_ns
         seen = self._observe(picture, stamp_ns)
-        reliability = 1.0
-        if len(seen.points):
-            linked = self._identity.push(seen.points, seen.width)
-            reliability = linked.reliability
+        held = _Held(frame, stamp_ns, seen, self.geometry)
+        if seen.status is Status.COILED and self._follower is not None:
+            held.sight = self._follower.sight()
+            self._coiled.append(held)
+        else:
+            held.marks = None if self._follower is None else self._follower.marks(seen)
+            self._settle(held)
+        return self._release()
+
+    def _settle(self, opened: _Held) -> None:
+        """Take the coils before a frame, as that frame tells them, and the frame itself."""
+        if self._follower is not None and self._coiled and len(opened.seen.points):
+            sights = [held.sight for held in reversed(self._coiled) if held.sight is not None]
+            settled = self._follower.settle(opened.seen, sights)
+            for held, seen in zip(reversed(self._coiled), settled, strict=False):
+                held.seen = seen
+        self._link(len(self._coiled))
+        self._take(opened)
+
+    def _link(self, count: int) -> None:
+        """Take the oldest of the coils as they are now."""
+        for _ in range(count):
+            self._take(self._coiled.popleft())
+
+    def _take(self, held: _Held) -> None:
+        """Link a frame to those before it."""
+        held.sight = None
+        if len(held.seen.points):
+            seen = held.seen
+            linked = self._identity.push(seen.points, seen.width, held.marks, seen.confidence)
+            held.reliability = linked.reliability
             if linked.flipped:
-                seen = _turned(seen)
+                held.seen = _turned(seen)
+            if linked.verdict is not None:
+                self._mend(linked.verdict)
         else:
             self._identity.miss()
-        self._held.append(_Held(frame, stamp_ns, seen, self.geometry, reliability))
-        return self._release()
+        self._held.append(held)
+
+    def _mend(self, verdict: Verdict) -> None:
+        """Mend a link that was in doubt, as far as its frames are held: those given are told."""
+        after = len(self._held) - verdict.frames
+        if after >= 0 and verdict.frames:
+            self._held[after].reliability = verdict.reliability
+        if not verdict.wrong:
+            return
+        for k in range(max(after, 0), len(self._held)):
+            self._held[k].seen = _turned(self._held[k].seen)
+        if after < 0 and self._head_first is not None:
+            self._head_first = not self._head_first
 
     def swap_head(self) -> Exchange | None:
         """Exchange head and tail on an operator's word, for the rest of the trial.
@@ -133,7 +182,7 @@ class Tracker:
         if not self._identity.begun:
             return None
         self._identity.correct()
-        oldest = self._held[0] if self._held else None
+        oldest = next(iter([*self._held, *self._coiled]), None)
         exchange = Exchange(
             ExchangeKind.CORRECTION,
             oldest.frame if oldest else self._frames,
@@ -154,6 +203,7 @@ class Tracker:
         """
         if self._follower is None and self._failures:
             self._give_up()
+        self._link(len(self._coiled))
         return self._give(len(self._held))
 
     def _observe(self, picture: Picture, stamp_ns: int) -> Observation:
@@ -171,6 +221,7 @@ class Tracker:
             return Observation(Status.BAD_IMAGE)
         change = self._rig.check(picture, stamp_ns, self._follower.outline)
         if change is not None:
+            self._link(len(self._coiled))  # they lie where the rig was
             self._follower.move(picture, self._rig.supposed, change.motion)
             self.geometry = change.geometry
             self.changes.append(change)
@@ -200,6 +251,8 @@ class Tracker:
 
     def _release(self) -> list[TrackedFrame]:
         """Return the frames that need not wait any longer."""
+        over = self.held - self._parameters.hold_back_frames
+        self._link(min(len(self._coiled), over - len(self._held)))
         if self._identity.certain:
             return self._give(len(self._held))
         free = 0
@@ -207,7 +260,7 @@ class Tracker:
             if len(held.seen.points):
                 break
             free += 1
-        return self._give(max(free, len(self._held) - self._parameters.hold_back_frames))
+        return self._give(max(free, min(over, len(self._held))))
 
     def _give(self, count: int) -> list[TrackedFrame]:
         """Return the oldest frames with the head as it is known by now."""
