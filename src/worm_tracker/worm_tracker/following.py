@@ -1,5 +1,6 @@
 """Follows one worm from picture to picture: where it is, and its midline."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import log
 
@@ -7,16 +8,19 @@ import numpy as np
 
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.status import Status
-from worm_tracker.carrying import Carried, carry, centroid_of
+from worm_tracker.appearance import marks_of
+from worm_tracker.carrying import EXPECTED, Carried, carry, observed
 from worm_tracker.clutter import views
 from worm_tracker.finding import Finder, Sight
 from worm_tracker.hiding import hidden_in
 from worm_tracker.known import Known, length_of, mean_width, nearer_turned
 from worm_tracker.light import Picture
+from worm_tracker.object_mask import centroid_of, kept
 from worm_tracker.observation import Observation
 from worm_tracker.outline import Floats, Rough, rough_midline
 from worm_tracker.refinement import Fine, refine
 from worm_tracker.segmentation import Blob, draw_blob, moved, thickness
+from worm_tracker.settling import carried_back
 from worm_tracker.trail import trail_of
 
 MOST_STRETCH = 0.15
@@ -56,6 +60,7 @@ class Follower:
         self._last: Floats | None = None
         self._before: Floats | None = None
         self._carried: Carried | None = None
+        self._sight: Sight | None = None
         self._lost = 0
         self._unresolved = 0
 
@@ -64,6 +69,30 @@ class Follower:
         """The worm's outline (u, v) in the last picture; None where it was not seen."""
         blob = self._finder.blob
         return None if blob is None else np.asarray(blob.contour, np.float64)
+
+    def sight(self) -> Sight | None:
+        """Return what must be kept of the last picture to look at its object later."""
+        return None if self._sight is None else kept(self._sight)
+
+    def marks(self, found: Observation) -> Floats | None:
+        """Return how the ends of an open body differ in looks in the last picture, else None."""
+        sight = self._sight
+        if sight is None or self._carried is not None or found.status is not Status.TRACKED:
+            return None
+        first = sight.window[1].start, sight.window[0].start
+        return marks_of(found.points, found.widths, sight.smooth, first)
+
+    def settle(self, opened: Observation, sights: Sequence[Sight]) -> list[Observation]:
+        """Return what the last picture's midline tells of those before it, the latest first.
+
+        Parameters
+        ----------
+        opened : Observation
+            What the last picture says; it has a midline.
+        sights : sequence of Sight
+            What was kept of the pictures before it, the latest first.
+        """
+        return [] if self._known is None else list(carried_back(self._known, opened, sights))
 
     def move(self, picture: Picture, geometry: Geometry, motion: Floats | None) -> None:
         """Take a new geometry, before the picture that it holds from is pushed.
@@ -87,9 +116,10 @@ class Follower:
         """Look at the next picture."""
         gain = self._finder.gain(picture)
         if gain is None:
+            self._sight = None
             self._lost += 1
             return Observation(Status.BAD_IMAGE)
-        sight = self._finder.find(picture, gain)
+        self._sight = sight = self._finder.find(picture, gain)
         carried, self._carried = self._carried, None
         if sight is None:
             self._lost += 1
@@ -196,13 +226,13 @@ class Follower:
             return _coiled(sight)
         frames = 1 + self._lost
         if carried is None:
-            carried = Carried(trail_of(last, self._before, known.width), 1.0)
+            carried = Carried(trail_of(last, self._before, known.width), 1.0, EXPECTED)
         found = carry(sight, known, carried, self._before, frames, fine)
         if found.worth < MIN_OVERLAP:
             return _coiled(sight)
         self._carried = found
         doubt = LEAP_DOUBT if known.leaps(found.points, last, frames) else 1.0
-        return _of_body(sight, found.points, known.widths, doubt * found.worth)
+        return observed(sight, found.points, known, doubt * found.worth)
 
 
 def _seen(fine: Fine, confidence: float) -> Observation:
@@ -214,13 +244,6 @@ def _seen(fine: Fine, confidence: float) -> Observation:
 def _coiled(sight: Sight) -> Observation:
     """Return the observation of an object without a midline."""
     return Observation(Status.COILED, *centroid_of(sight))
-
-
-def _of_body(sight: Sight, points: Floats, widths: Floats, confidence: float) -> Observation:
-    """Return the observation of a carried midline; the centroid is that of what is seen."""
-    u, v = centroid_of(sight)
-    width = mean_width(widths)
-    return Observation(Status.TRACKED, u, v, points, widths, float(confidence), width)
 
 
 def _agreement(fine: Fine, blob: Blob) -> float:
