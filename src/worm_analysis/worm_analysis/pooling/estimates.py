@@ -177,6 +177,8 @@ def _recipes(pool: Pool) -> list[_Recipe]:
         ("success", "decided attempts"),
         ("failures_without_contact", "failed attempts in which contact can be told"),
         ("failures_in_elongation", "failed attempts with a known phase of the stroke"),
+        ("failures_touching_in_elongation", "failed attempts whose cause can be told"),
+        ("failures_touching_in_contraction", "failed attempts whose cause can be told"),
     ):
         recipes.append(
             _Recipe(name, "1", (name,), second, _ratio, items,

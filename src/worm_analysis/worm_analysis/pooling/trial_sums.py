@@ -6,6 +6,7 @@ from math import nan
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from worm_analysis.pooling.wall_motion import WallMotion, wall_motion
 from worm_analysis.results import Floats, Results
@@ -211,9 +212,21 @@ def _attempts(results: Results) -> Parts:
         "failures_in_elongation": np.array(
             [(phase == "elongation").sum(), known.sum()], dtype=float
         ),
+        **_causes(touched, phase),
         "x_p": _histogram(depth, DEPTH_EDGES_MM),
     }
     return sums, {"x_p": depth}
+
+
+def _causes(touched: Floats, phase: NDArray[Any]) -> dict[str, Floats]:
+    """Return failures that touched the passage's walls, by phase, of those of a known cause."""
+    told = float(((touched == 0.0) | ((touched == 1.0) & (phase != "unknown"))).sum())
+    return {
+        f"failures_touching_in_{name}": np.array(
+            [float(((touched == 1.0) & (phase == name)).sum()), told]
+        )
+        for name in ("elongation", "contraction")
+    }
 
 
 def _direction(results: Results) -> Parts:

@@ -13,10 +13,11 @@ from markupsafe import Markup
 from worm_analysis.pooling import Pool, WalkPrediction, group_width_mm, trial_sums
 from worm_analysis.pooling.estimates import Pooled
 from worm_analysis.report.examples import Indices, candidates
-from worm_analysis.report.report import BESIDE, environment, source_name, trial_context
+from worm_analysis.report.report import environment, source_name, trial_context
 from worm_analysis.results import ReportError, Results, read_results
 
 EXAMPLES = 3
+BESIDE_IN_POOL = ("fig-1c", "fig-4c", "fig-8", "fig-model")
 Walks = Callable[[Pool], tuple[WalkPrediction, ...]]
 REMEDY = "run those trials again, or leave them out of the list"
 
@@ -272,7 +273,7 @@ def _render(
         settings=differing_settings(pool),
         group=group_width_mm,
         panels=panels,
-        beside=BESIDE,
+        beside=BESIDE_IN_POOL,
         provenance=document["provenance"],
         hours=sum(trial.seconds for trial in pool.trials) / 3600,
         frames_in_all=sum(trial.frames for trial in pool.trials),

@@ -24,7 +24,7 @@ SOURCES = {
 }
 
 
-BESIDE = ("fig-1c", "fig-4c", "fig-8", "fig-model")
+BESIDE = ("fig-1c", "fig-4c", "fig-7b", "fig-model")
 """Figures that are narrow and stand beside their caption."""
 
 

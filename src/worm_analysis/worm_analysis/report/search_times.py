@@ -63,7 +63,8 @@ def search_times(evidence: Evidence) -> Panel:
     if not any(len(part.events("tau_h")) >= FEWEST for part, _ in rows):
         return Panel(**base, why=f"not enough data: {found} findings, {FEWEST} are needed for a W")
     columns = 1 if walk is None else 2
-    figure = new_figure(COLUMN_IN if columns == 1 else PAGE_IN, 0.35 + ROW_IN * len(rows))
+    height_in = max(2.7, 0.35 + ROW_IN * len(rows))
+    figure = new_figure(COLUMN_IN if columns == 1 else PAGE_IN, height_in)
     grid = figure.subplots(len(rows), columns, squeeze=False, sharex=True, sharey="row")
     longest = max(_longest(part, numbers["tau_h"].quantity) for part, numbers in rows)
     tables: dict[str, Any] = {}

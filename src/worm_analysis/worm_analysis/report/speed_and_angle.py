@@ -61,8 +61,8 @@ def speed_against_angle(evidence: Evidence) -> Panel:
     mean, count = np.split(pool.total("theta_dot_by_psi_b"), 2)
     edges = ANGLE_EDGES_DEG[::5]
     seen = count >= max(FEWEST_IN_BIN, LEAST_PART * frames)
-    middles = ((edges[1:] + edges[:-1]) / 2)[seen]
-    means = mean[seen] / count[seen]
+    middles = (edges[1:] + edges[:-1]) / 2
+    means = np.divide(mean, count, out=np.full(len(mean), np.nan), where=seen)
     axes.plot(middles, means, "o-", color=INK, markersize=3, linewidth=0.8, label="mean in 10°")
     _cross(axes)
     axes.set_xlim(*_reach(x, 120.0, 180.0))
@@ -75,7 +75,7 @@ def speed_against_angle(evidence: Evidence) -> Panel:
     say_n(axes, _with_r(n, pool, "theta_dot_psi_b", r), x=0.03)
     tables = {
         "points": {"psi_b_deg": x, "theta_dot_deg_s": y},
-        "means": {"psi_b_deg": middles, "theta_dot_deg_s": means, "frames": count[seen]},
+        "means": {"psi_b_deg": middles, "theta_dot_deg_s": means, "frames": count},
     }
     return Panel(**base, figure=figure, alt=f"θ̇_h against ψ_b, {n}.", tables=tables)
 

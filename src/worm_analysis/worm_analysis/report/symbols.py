@@ -99,6 +99,13 @@ SYMBOLS: dict[str, tuple[str, str, str]] = {
     "reversal_per_cycle": ("reversal", "reversals per cycle", "probability per slide and hop"),
     "reversal_rate": ("reversal rate", "reversal rate", "sign changes of θ̇<sub>h</sub> per time"),
     "tau_h": ("⟨τ<sub>h</sub>⟩", r"$\langle \tau_h \rangle$", "time to find the exit"),
+    "tau_escape": (
+        "⟨τ<sub>e</sub>⟩",
+        r"$\langle \tau_e \rangle$",
+        "time until the whole worm is out",
+    ),
+    "escape_ratio": ("τ<sub>e</sub>/τ<sub>h</sub>", r"$\tau_e/\tau_h$", "escape over finding"),
+    "reversal": ("reversal", "reversal", "as counted at the wall"),
     "n_s": ("<i>n</i><sub>s</sub>", "$n_s$", "skips over the exit"),
     "success": ("success", "success", "passages after the head's entry"),
     "failures_without_contact": (

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from math import nan, radians
+from math import inf, isfinite, nan, radians
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from worm_analysis.results.errors import ReportError
 from worm_msgs_py import Chamber, Comparison, Correlation, ModelQuantity, Quantity
+from worm_msgs_py.model import NeededReversal
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
@@ -291,4 +292,21 @@ def _comparison(entry: Mapping[str, Any]) -> Comparison:
             ModelQuantity(name, item["unit"], **{key: _number(item.get(key)) for key in fields})
             for name, item in entry["quantities"].items()
         ),
+        needs=tuple(_need(item) for item in entry.get("needed_reversals") or ()),
+        scores=tuple(
+            (name, _number(value)) for name, value in (entry.get("forecasts") or {}).items()
+        ),
+    )
+
+
+def _need(entry: Mapping[str, Any]) -> NeededReversal:
+    low, high = _number(entry["low"]), _number(entry["high"])
+    return NeededReversal(
+        rule=entry["rule"],
+        speed=entry["speed"],
+        observation=entry["observation"],
+        value=_number(entry["value"]),
+        low=low,
+        high=inf if isfinite(low) and not isfinite(high) else high,  # JSON has no infinity
+        is_measured=bool(entry["is_measured"]),
     )
