@@ -165,6 +165,32 @@ class _Modes:
 def _solve_modes(parameters: WalkParameters, kappa: Complex) -> _Modes:
     """Return the eigenvectors of BC and the roots of its eigenvalues, without cancellation."""
     sigma, eta = 1.0 / parameters.mean_slide_mm, 1.0 / parameters.mean_hop_mm
+    value, m12, m21 = _eigenvalues(parameters, kappa)
+    # C(1, 1) = κ(1, 1): at small κ what matters is by how much a vector (1, 1 + ε), or (1 + ε, 1),
+    # deviates from that, so it is solved for: from the matrix's row of the larger coupling.
+    by_slide = np.abs(m12) >= np.abs(m21)
+    turning = kappa + 2.0 * parameters.flip_rate_s / parameters.speed_mm_s
+    turns_s = turning + 2.0 * sigma * parameters.flip_after_slide
+    turns_h = turning + 2.0 * eta * parameters.flip_after_hop
+    coupling = np.where(by_slide, m12, m21)
+    uncoupled = np.abs(coupling) <= _SAME * np.abs(value).sum(axis=0)
+    epsilon = (value - kappa * np.where(by_slide, turns_s, turns_h)) / np.where(
+        uncoupled, 1.0, coupling
+    )
+    # A multiple of one has any two vectors.
+    epsilon = np.where(uncoupled, np.array([[0.0], [-2.0]]), epsilon)
+    slide, hop = np.where(by_slide, 1.0, 1.0 + epsilon), np.where(by_slide, 1.0 + epsilon, 1.0)
+    slide_odd = np.where(by_slide, kappa - sigma * epsilon, kappa * slide + sigma * epsilon)
+    hop_odd = np.where(by_slide, kappa * hop + eta * epsilon, kappa - eta * epsilon)
+    mu, length = np.sqrt(value), parameters.wall_mm
+    flat, decay = np.abs(mu) * length < _FLAT, np.exp(-mu * length)
+    tanh = np.where(flat, length / 2.0, (1.0 - decay) / (np.where(flat, 1.0, mu) * (1.0 + decay)))
+    return _Modes(mu, slide, hop, slide_odd, hop_odd, decay, tanh)
+
+
+def _eigenvalues(parameters: WalkParameters, kappa: Complex) -> tuple[Complex, Complex, Complex]:
+    """Return the eigenvalues of BC, shape (2, n), and its elements off the diagonal."""
+    sigma, eta = 1.0 / parameters.mean_slide_mm, 1.0 / parameters.mean_hop_mm
     rho = parameters.flip_rate_s / parameters.speed_mm_s
     q_s, q_h = parameters.flip_after_slide, parameters.flip_after_hop
     kept_s, kept_h = 1.0 - 2.0 * q_s, 1.0 - 2.0 * q_h
@@ -173,37 +199,15 @@ def _solve_modes(parameters: WalkParameters, kappa: Complex) -> _Modes:
     m12 = -sigma * (b11 + kept_s * (kappa + eta))
     m21 = -eta * (b22 + kept_h * (kappa + sigma))
     m22 = b22 * (kappa + eta) + eta * kept_h * sigma
-    det_d = 2.0 * sigma * eta * (q_s + q_h - 2.0 * q_s * q_h) + 2.0 * rho * (
-        sigma + eta + 2.0 * rho
-    )
+    det_d = 2.0 * sigma * eta * (q_s + q_h - 2.0 * q_s * q_h)
+    det_d += 2.0 * rho * (sigma + eta + 2.0 * rho)
     det_b = kappa * (kappa + sigma + eta + 4.0 * rho) + det_d
-    det = det_b * kappa * (kappa + sigma + eta)
+    det_c = kappa * (kappa + sigma + eta)
     middle, gap = (m11 + m22) / 2.0, np.sqrt(((m11 - m22) / 2.0) ** 2 + m12 * m21)
     large = middle + np.where((np.conj(middle) * gap).real < 0.0, -gap, gap)
     # Both are 0 at κ = 0 where slides and hops are alike and each end of either turns.
-    small = np.divide(det, large, out=np.zeros_like(large), where=large != 0.0)
-    value = np.stack([small, large])
-    # C(1, 1) = κ(1, 1): the deviation from (1, 1) is what matters at small κ, so it is solved for.
-    drift = np.stack(np.broadcast_arrays(m12, m21, kappa)[:2])
-    by_slide = np.abs(drift[0]) >= np.abs(drift[1])
-    scale = _SAME * np.abs(middle)
-    alike = (np.abs(drift[0]) <= scale) & (np.abs(drift[1]) <= scale)
-    turned = np.where(
-        by_slide, kappa + 2.0 * rho + 2.0 * sigma * q_s, kappa + 2.0 * rho + 2.0 * eta * q_h
-    )
-    pivot = np.where(alike, 1.0, np.where(by_slide, drift[0], drift[1]))
-    epsilon = (value - kappa * turned) / pivot
-    epsilon = np.where(alike, np.array([[0.0], [-2.0]]), epsilon)
-    ones = np.ones_like(epsilon)
-    slide, hop = np.where(by_slide, ones, 1.0 + epsilon), np.where(by_slide, 1.0 + epsilon, ones)
-    slide_odd = np.where(by_slide, kappa - sigma * epsilon, kappa * slide + sigma * epsilon)
-    hop_odd = np.where(by_slide, kappa * hop + eta * epsilon, kappa - eta * epsilon)
-    mu = np.sqrt(value)
-    length = parameters.wall_mm
-    flat = np.abs(mu) * length < _FLAT
-    decay = np.exp(-mu * length)
-    tanh = np.where(flat, length / 2.0, (1.0 - decay) / (np.where(flat, 1.0, mu) * (1.0 + decay)))
-    return _Modes(mu, slide, hop, slide_odd, hop_odd, decay, tanh)
+    small = np.divide(det_b * det_c, large, out=np.zeros_like(large), where=large != 0.0)
+    return np.stack([small, large]), m12, m21
 
 
 @dataclass(frozen=True, eq=False, slots=True)
