@@ -127,6 +127,18 @@ def test_a_pool_predicts_from_the_pooled_numbers(trials):
     assert pooled["d_c"].measured_high - pooled["d_c"].measured_low < min(widths)
 
 
+def test_the_figure_is_whole_or_not_there(worm, tmp_path):
+    out = tmp_path / "joint.svg"
+    assert worm("--figure", out)[0] == 0
+    assert out.read_text(encoding="utf-8").rstrip().endswith("</svg>")
+    for wrong in (tmp_path / "joint.txt", tmp_path / "nowhere" / "joint.svg"):
+        status, _, told = worm("--figure", wrong)
+        assert status == 2
+        assert str(wrong) in told
+        assert not wrong.exists()
+    assert [item.name for item in tmp_path.iterdir()] == ["joint.svg"]
+
+
 @pytest.mark.parametrize("fault", ["no directory", "no summary", "twice"])
 def test_a_trial_that_cannot_be_used_is_named_in_one_line(worm, trials, tmp_path, fault):
     bad = tmp_path / "bad"

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from worm_analysis.report.body_angle import body_angle
 from worm_analysis.report.evidence import Evidence, of_trial
 from worm_analysis.report.first_contact import first_contact
+from worm_analysis.report.forecasts import forecasts
+from worm_analysis.report.joint_question import joint_question
 from worm_analysis.report.model_comparison import model_comparison
 from worm_analysis.report.panel import Panel
 from worm_analysis.report.penetration import penetration
@@ -50,13 +52,18 @@ def all_panels(results: Results) -> list[Panel]:
     ]
     if not results.chambers:
         own = [picture_trajectories(results), picture_motion(results), statuses(results)]
-        return [*own, *paper, model_comparison(results)]
-    return [*paper, model_comparison(results), statuses(results)]
+        return [*own, *paper, *_model(results)]
+    return [*paper, *_model(results), statuses(results)]
 
 
 def single_panels(results: Results) -> list[Panel]:
     """Return what a single trial's report has beyond a pool's."""
-    return [trajectories(results), model_comparison(results), statuses(results)]
+    return [trajectories(results), *_model(results), statuses(results)]
+
+
+def _model(results: Results) -> list[Panel]:
+    """Return what the boundary walk says beside a trial."""
+    return [make(results) for make in (model_comparison, joint_question, forecasts)]
 
 
 def pooled_panels(evidence: Evidence, examples: list[Example]) -> list[Panel]:

@@ -22,6 +22,7 @@ from worm_model.fitting import Speed
 from worm_model.intervals import Interval, overlap
 from worm_msgs_py import Comparison, ModelQuantity, NeededReversal, Quantity
 from worm_msgs_py.agreement import agreements
+from worm_tracker.errors import BadInput
 
 _DEFAULTS = ModelParameters()
 _RULE, _SPEED = ReversalRule(_DEFAULTS.rule), Speed(_DEFAULTS.speed)
@@ -50,6 +51,10 @@ def compare(
     effective_width: Annotated[
         bool, typer.Option(help="Take the exit as √(W² + h²) wide, or as W.")
     ] = _DEFAULTS.effective_width,
+    figure: Annotated[
+        Path | None,
+        typer.Option(help="Draw the joint question of the last table: .svg, .png or .pdf."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
 ) -> None:
     """Hold trials against the exact walk, and ask which observations one walk can hold together.
@@ -71,6 +76,8 @@ def compare(
             cases = compare_trials(results, parameters, progress)
     else:
         cases = [Case(PAPER, 0, Comparison(0, needs=paper_needs()))]
+    if figure is not None:
+        _draw(cases[-1], figure)
     if as_json:
         document = [_document(case) for case in cases]
         typer.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
@@ -78,6 +85,27 @@ def compare(
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     for case in cases:
         _print(console, case)
+
+
+def _draw(case: Case, path: Path) -> None:
+    """Draw the joint question into a file that is there whole or not at all."""
+    # Drawing is slow to import, and mostly not asked for.
+    from worm_analysis.report.joint_question import joint_figure
+    from worm_analysis.report.theme import style
+
+    if case.comparison is None or not case.comparison.needs:
+        raise BadInput(f"{case.name}: no observation to draw: {case.why or 'nothing was measured'}")
+    if path.suffix not in (".svg", ".png", ".pdf"):
+        raise BadInput(f"{path}: a figure ends in .svg, .png or .pdf: rename it")
+    unfinished = path.with_name(f".{path.stem}.part{path.suffix}")
+    try:
+        with style():
+            joint_figure(case.comparison.needs).savefig(unfinished, dpi=200)
+        unfinished.replace(path)
+    except OSError as error:
+        raise BadInput(f"{path}: cannot be written: {error.strerror}") from None
+    finally:
+        unfinished.unlink(missing_ok=True)
 
 
 def _print(console: Console, case: Case) -> None:

@@ -1,0 +1,115 @@
+"""The joint question: which observations one boundary walk can hold together."""
+
+from collections.abc import Sequence
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, NullFormatter
+
+from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
+from worm_analysis.report.symbols import plain_symbol
+from worm_analysis.report.theme import CENTROID, HEAD, INK, PAGE_IN, SHADE, new_figure
+from worm_analysis.results import Results
+from worm_msgs_py import NeededReversal
+from worm_msgs_py.agreement import Agreement, agreements
+
+OF_PAPER = {
+    "reversal": "reversals, text: 30 %",
+    "reversal_fig_6": "reversals, Fig. 6: 45 %",
+    "t_per": "$t_{per}$ = 27 s",
+    "tau_h_text": r"$\langle \tau_h \rangle$ > 40 s",
+    "tau_h": r"$\langle \tau_h \rangle$, Fig. 6a",
+    "n_s": "$n_s$, Fig. 6b",
+    "escape_ratio": r"$\tau_{escape}$, 1.7 to 2 $\langle \tau_h \rangle$",
+}
+RULES = {"per_cycle": "per slide + hop", "per_phase": "per phase", "rate": "per second"}
+SPEEDS = {"v_w": "$v_w$", "v_b": r"$\langle |v_b| \rangle$"}
+LEAST = 1e-3
+"""An interval that reaches down to no reversal at all is drawn to here."""
+READING = (
+    "Each row is one observation: the dot is the reversal that the exact boundary walk needs to "
+    "give its value, the bar those that give its 95 % interval; all else is as measured. One "
+    "column for each thing that a reversal may count, one row of panels for each speed that the "
+    "walk may have. Grey band: the reversals that hold the largest set of observations together, "
+    "in blue; an orange row cannot be had with these. “none”: no reversal gives it. A bar that "
+    "ends at an edge goes on beyond it."
+)
+
+
+def joint_question(results: Results) -> Panel:
+    """Return the panel of a trial."""
+    needs = () if results.comparison is None else results.comparison.needs
+    observations = list(dict.fromkeys(need.observation for need in needs))
+    base: dict[str, Any] = {
+        "key": "fig-joint",
+        "title": "What one boundary walk can hold together",
+        "paper": "",
+        "label": "Joint question",
+        "reading": READING,
+        "n": counted(len(observations), "observation" + "s" * (len(observations) != 1)),
+    }
+    if not results.chambers:
+        return Panel(**base, why=NO_CHAMBER)
+    if len(observations) < 2:
+        return Panel(**base, why="the trial has fewer than two observations to hold together")
+    alt = "; ".join(agreement.in_words() for agreement in agreements(needs))
+    columns = ("rule", "speed", "observation", "value", "low", "high")
+    table = {name: [getattr(need, name) for need in needs] for name in columns}
+    return Panel(**base, figure=joint_figure(needs), alt=f"{alt}.", tables={"": table})
+
+
+def joint_figure(needs: Sequence[NeededReversal]) -> Any:
+    """Return the figure for needed reversals, of a trial or of the paper; made within `style`."""
+    found = {(item.rule, item.speed): item for item in agreements(needs)}
+    speeds = [speed for speed in SPEEDS if any(key[1] == speed for key in found)]
+    names = list(dict.fromkeys(need.observation for need in needs))
+    of_paper = not any(need.is_measured for need in needs)
+    height = 1.2 + len(speeds) * (0.35 + 0.2 * len(names))
+    figure = new_figure(PAGE_IN, height)
+    grid = figure.subplots(len(speeds), len(RULES), sharex="col", sharey=True, squeeze=False)
+    for row, speed in enumerate(speeds):
+        for column, rule in enumerate(RULES):
+            axes = grid[row][column]
+            case = found.get((rule, speed))
+            own = {n.observation: n for n in needs if (n.rule, n.speed) == (rule, speed)}
+            _draw(axes, names, own, case)
+            axes.set_title(f"{RULES[rule]}, at {SPEEDS[speed]}")
+            if row == len(speeds) - 1:
+                axes.set_xlabel("reversals (1/s)" if rule == "rate" else "chance of reversal")
+        labels = [OF_PAPER[name] if of_paper else plain_symbol(name) for name in names]
+        grid[row][0].set_yticks(range(len(names)), labels)
+        grid[row][0].set_ylim(len(names) - 0.5, -0.5)
+    lines = [Line2D([], [], color=colour, linewidth=2.0) for colour in (HEAD, CENTROID)]
+    told = ["one reversal gives these together", "and not these"]
+    n = counted(len(names), "observations")
+    figure.legend(lines, told, loc="outside upper center", ncols=2, title=n, title_fontsize=7.0)
+    return figure
+
+
+def _draw(
+    axes: Any, names: list[str], needs: dict[str, NeededReversal], case: Agreement | None
+) -> None:
+    axes.set_xscale("log")
+    top = 5.0 if any(need.rule == "rate" for need in needs.values()) else 1.0
+    axes.set_xlim(LEAST, top)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda tick, _: f"{tick:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.tick_params(axis="y", length=0)
+    if case is not None and len(case.held) > 1:
+        low, high = np.clip((case.low, case.high), LEAST, top)
+        axes.axvspan(low / 1.02, high * 1.02, color=SHADE, linewidth=0)
+    for place, name in enumerate(names):
+        need = needs.get(name)
+        if need is None:
+            axes.text(LEAST * 1.2, place, "not measured", va="center", color=INK, fontsize=6.5)
+            continue
+        colour = HEAD if case is not None and name in case.held else CENTROID
+        if not isfinite(need.low):
+            axes.text(LEAST * 1.2, place, "none", va="center", color=colour, fontsize=6.5)
+            continue
+        ends = np.clip((need.low, need.high), LEAST, top)
+        axes.plot(ends, [place, place], color=colour, linewidth=2.0, solid_capstyle="butt")
+        if isfinite(need.value):
+            axes.plot(need.value, place, "o", color=colour, markersize=3.5)
