@@ -170,6 +170,17 @@ def test_c_theta_at_different_lags_is_not_pooled(trials):
     assert evidence.quantity("t_per").value is None
 
 
+def test_the_answer_to_the_joint_question_comes_back_from_the_summary(results):
+    """Each observation for each rule and speed, with an interval that has no end where it has none.
+
+    JSON knows no infinity.
+    """
+    needs = results[0].comparison.needs
+    assert {need.observation for need in needs} >= {"t_per", "tau_h", "n_s"}
+    assert {need.rule for need in needs} == {"per_cycle", "per_phase", "rate"}
+    assert all(need.low <= need.high for need in needs if np.isfinite(need.low))
+
+
 def test_one_trials_report_keeps_the_numbers_of_its_summary(results):
     evidence = of_trial(results[0])
     assert evidence.quantity("d_c") == results[0].quantity("d_c")

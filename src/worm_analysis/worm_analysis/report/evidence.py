@@ -64,7 +64,13 @@ class Evidence:
         """Write n: the number of items, after that of the trials where there are several."""
         if not self.several or self.pool is None:
             return counted(number, items)
-        trials = len(self.pool.trials)
+        return self.counted_in(self.pool, number, items)
+
+    def counted_in(self, part: Pool, number: int, items: str) -> str:
+        """Write n of a part of the trials, such as those of one W."""
+        if not self.several:
+            return counted(number, items)
+        trials = len(part.trials)
         word = "trial" if trials == 1 else "trials"
         return f"n\u00a0=\u00a0{thousands(trials)} {word}, {thousands(number)} {items}"
 

@@ -73,9 +73,7 @@ def penetration(evidence: Evidence) -> Panel:
 def _draw(axes: Any, evidence: Evidence, part: Pool, beta: Quantity) -> LengthDensity | None:
     counts = part.total("x_p")
     failed = int(counts.sum())
-    n = f"n\u00a0=\u00a0{failed} failed attempts"
-    if evidence.several:
-        n = f"n\u00a0=\u00a0{len(part.trials)} trials, {failed} failed attempts"
+    n = evidence.counted_in(part, failed, "failed attempts")
     if beta.value is None:
         axes.text(
             0.5, 0.5, f"not enough data:\n{n}", transform=axes.transAxes, ha="center",
@@ -100,7 +98,7 @@ def _draw(axes: Any, evidence: Evidence, part: Pool, beta: Quantity) -> LengthDe
         axes.plot(x, paper, label=f"paper, {plain(beta.paper)} mm$^{{-1}}$", **PAPER_STYLE)
     axes.set_yscale("log")
     seen = drawn.density[drawn.density > 0]
-    axes.set_ylim(float(seen.min()) / 5, float(seen.max()) * 12)
+    axes.set_ylim(float(seen.min()) / 5, float(seen.max()) * 20)
     axes.set_xlim(0, float(x[-1]) * 1.02)
     axes.legend(loc="upper right", title=n, title_fontsize=7.0, alignment="right")
     return drawn

@@ -7,7 +7,7 @@ import numpy as np
 from worm_analysis.pooling import Pool, WalkPrediction
 from worm_analysis.report.evidence import Evidence
 from worm_analysis.report.numbers import plain, with_interval
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
+from worm_analysis.report.panel import NO_CHAMBER, Panel
 from worm_analysis.report.theme import (
     COLUMN_IN,
     GREY,
@@ -111,9 +111,7 @@ def _draw_measured(
 ) -> LengthDensity | None:
     times = part.events("tau_h")
     axes.set_ylabel(r"$P(\tau_h)$ (s$^{-1}$)")
-    n = f"n\u00a0=\u00a0{len(part.trials)} trials, {len(times)} findings"
-    if not evidence.several:
-        n = counted(len(times), "findings")
+    n = evidence.counted_in(part, len(times), "findings")
     if mean.value is None or len(times) < FEWEST:
         axes.text(
             0.5, 0.5, f"not enough data:\n{n}", transform=axes.transAxes, ha="center",
