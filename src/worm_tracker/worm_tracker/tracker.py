@@ -20,7 +20,7 @@ from worm_tracker.rig_keeper import Change, RigKeeper
 from worm_tracker.states import tracked_frame
 
 Picture = NDArray[np.uint8]
-CHECK_STRIDE = 16
+CHECK_STRIDE = 32
 """A picture is judged good or bad by every so many-th pixel of every so many-th row."""
 
 
