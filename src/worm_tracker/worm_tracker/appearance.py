@@ -6,10 +6,11 @@ the body that is seen after a coil has them the same way round as the one before
 
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_tracker.outline import Floats, as_complex
+from worm_tracker.outline import Floats
 
 BINS = 8
 """Parts of a half of the body over which width and darkness are averaged."""
@@ -45,12 +46,19 @@ def marks_of(
         Differences of width and of signal, relative to their means; seen from the other end they
         have the opposite sign.
     """
-    at = np.rint(as_complex(points).view(np.float64).reshape(-1, 2) - first).astype(np.intp)
-    at = np.clip(at, 0, (smooth.shape[1] - 1, smooth.shape[0] - 1))
-    both = np.stack([widths, smooth[at[:, 1], at[:, 0]].astype(np.float64)])
+    at = (points - first).astype(np.float32)[None]
+    dark = cv2.remap(  # the stubs do not know that pairs need no second map
+        smooth,
+        at,
+        None,  # type: ignore[call-overload]
+        cv2.INTER_NEAREST,
+        borderMode=cv2.BORDER_REPLICATE,
+    )
+    both = np.stack([widths, dark[0]])
     half = BINS * (len(points) // 2 // BINS)
-    differences = (both[:, :half] - both[:, : -half - 1 : -1]).reshape(2, BINS, -1).mean(axis=2)
-    return np.asarray((differences / np.maximum(both.mean(axis=1), 1e-6)[:, None]).ravel())
+    differences = (both[:, :half] - both[:, : -half - 1 : -1]).reshape(2, BINS, -1).sum(axis=2)
+    per_bin = both.sum(axis=1) * (half / BINS / len(points))
+    return np.asarray((differences / np.maximum(per_bin, 1e-6)[:, None]).ravel())
 
 
 @dataclass(eq=False, slots=True)
