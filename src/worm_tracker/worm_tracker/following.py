@@ -188,8 +188,9 @@ class Follower:
             return True
         length = length_of(fine.points)
         odd = abs(log(length / known.length)) > MOST_STRETCH
-        changed = abs(log(length / length_of(last))) > MOST_STRETCH_A_FRAME
-        return not (odd and changed) and not known.leaps(fine.points, last, 1 + self._lost)
+        if odd and abs(log(length / length_of(last))) > MOST_STRETCH_A_FRAME:
+            return False
+        return not known.leaps(fine.points, last, 1 + self._lost)
 
     def _sound(self, rough: Rough, blob: Blob, width: float) -> bool:
         """Tell whether an outline is that of a body that does not touch itself."""

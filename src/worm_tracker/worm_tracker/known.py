@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from worm_tracker.outline import Floats, arc_length, as_complex
+from worm_tracker.outline import Floats, as_complex
 from worm_tracker.refinement import Fine
 
 LEAP_LENGTHS = 0.12
@@ -56,7 +56,8 @@ class Known:
 
 def length_of(points: Floats) -> float:
     """Return the length of a midline."""
-    return float(arc_length(points)[-1])
+    line = as_complex(points)
+    return float(abs(line[1:] - line[:-1]).sum())
 
 
 def mean_width(widths: Floats) -> float:
@@ -67,15 +68,11 @@ def mean_width(widths: Floats) -> float:
 
 def end_displacement(points: Floats, last: Floats) -> float:
     """Return how far the end that moved more has moved, the ends paired the likelier way."""
-    straight, turned = _of_ends(points, last), _of_ends(points[::-1], last)
-    return min(straight, turned)
+    a, b, c, d = (complex(*point) for line in (points, last) for point in (line[0], line[-1]))
+    return min(max(abs(a - c), abs(b - d)), max(abs(a - d), abs(b - c)))
 
 
 def nearer_turned(points: Floats, last: Floats) -> bool:
     """Tell whether a midline lies nearer to another one when it is turned round."""
     straight = abs(points - last).sum()
     return bool(abs(points[::-1] - last).sum() < straight)
-
-
-def _of_ends(points: Floats, last: Floats) -> float:
-    return float(abs(as_complex(points[[0, -1]]) - as_complex(last[[0, -1]])).max())
