@@ -136,6 +136,84 @@ def glare(take: Take) -> Iterator[FilmFrame]:
     return _film(take.chamber, _crawl(take, crawling.winding_path), shine)
 
 
+def moving_glare(take: Take) -> Iterator[FilmFrame]:
+    """Film glare of three sizes that comes a while after the start, and wanders over the worm."""
+
+    def shine(view: NDArray[np.float32], rig: Rig, _body: Body, frame: int) -> None:
+        t = frame / FPS - 1.0
+        if t > 0:
+            for turn, radius_mm, sd_mm in ((0.0, 5.0, 0.4), (2.1, 5.6, 0.7), (4.2, 4.4, 1.0)):
+                angle = turn + take.seed - 0.15 * t
+                seen.add_glare(
+                    view, rig, (radius_mm * cos(angle), radius_mm * sin(angle), sd_mm), 230.0
+                )
+
+    return _film(take.chamber, _crawl(take, crawling.winding_path), shine)
+
+
+def wall_bubbles(take: Take) -> Iterator[FilmFrame]:
+    """Film a walk along a wall that two bubbles sit on; they stay."""
+    rig = take.chamber
+    places = [(0.7 + take.seed + turn, size) for turn, size in ((0.0, 0.9), (2.4, 0.6))]
+    spots = [
+        ((rig.radius_mm - size) * cos(angle), (rig.radius_mm - size) * sin(angle), size)
+        for angle, size in places
+    ]
+    return _film(
+        rig, _walk(take), lambda view, rig, _body, _frame: seen.add_bubbles(view, rig, spots)
+    )
+
+
+def carried_dirt(take: Take) -> Iterator[FilmFrame]:
+    """Film a worm with a crumb stuck to its flank, a third of the way from its head."""
+
+    def stick(view: NDArray[np.float32], rig: Rig, body: Body, _frame: int) -> None:
+        here, ahead = body.at(np.array([0.33, 0.34]) * body.length_px)
+        along = (ahead - here) / np.hypot(*(ahead - here))
+        u, v = here + 0.55 * body.mean_width_px * np.array([-along[1], along[0]])
+        x, y = rig.chambers[0].to_metres(float(u), float(v))
+        seen.add_debris(view, rig, [(1e3 * x, 1e3 * y, 0.15)])
+
+    return _film(take.chamber, _crawl(take, crawling.winding_path), stick)
+
+
+def hair(take: Take) -> Iterator[FilmFrame]:
+    """Film a chamber with a hair across it, and a short fibre that drifts."""
+    turn = 0.4 + 0.9 * take.seed
+    across = np.linspace(-9.0, 9.0, 60)
+    lying = np.stack([across, 1.5 * np.sin(0.4 * across)], axis=1)
+
+    def lie(view: NDArray[np.float32], rig: Rig, _body: Body, frame: int) -> None:
+        seen.add_line(view, rig, _turned(lying, turn), 0.08, 0.45)
+        fibre = lying[20:30] + np.array([0.04 * frame / FPS, 4.0])
+        seen.add_line(view, rig, _turned(fibre, -turn), 0.06, 0.4)
+
+    return _film(take.chamber, _crawl(take, crawling.winding_path), lie)
+
+
+def hand(take: Take) -> Iterator[FilmFrame]:
+    """Film a large dark shade that comes over a part of the chamber, stays, and leaves again."""
+
+    def shade(view: NDArray[np.float32], rig: Rig, _body: Body, frame: int) -> None:
+        part = frame / take.frames
+        if 0.4 < part < 0.6:
+            deep = round(0.3 * rig.width_px * min(1.0, 10.0 * min(part - 0.4, 0.6 - part)))
+            view[:, :deep] *= np.float32(0.15)
+
+    return _film(take.chamber, _crawl(take, crawling.winding_path), shade)
+
+
+def light_off(take: Take) -> Iterator[FilmFrame]:
+    """Film a lamp that is switched off for a second, and on again."""
+    dark = round(0.5 * take.frames)
+
+    def dim(view: NDArray[np.float32], _rig: Rig, _body: Body, frame: int) -> None:
+        if dark <= frame < dark + FPS:
+            view *= np.float32(0.03)
+
+    return _film(take.chamber, _crawl(take, crawling.winding_path), dim)
+
+
 def debris(take: Take) -> Iterator[FilmFrame]:
     """Film thirty dark specks in the chamber; the worm crawls over some of them."""
     specks = seen.scattered(30, 9.5, 0.06, 0.25, take.seed)
@@ -241,8 +319,14 @@ SCENES: dict[str, Callable[[Take], Iterator[FilmFrame]]] = {
         crossing_of_one_shade,
         coil,
         glare,
+        moving_glare,
         debris,
+        carried_dirt,
         bubbles,
+        wall_bubbles,
+        hair,
+        hand,
+        light_off,
         reflection,
         flicker,
         light_drift,

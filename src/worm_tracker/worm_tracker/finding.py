@@ -37,7 +37,7 @@ LEAST_AREA = 0.1
 MARGIN_PX = 24
 OVERGROWN = 1.04
 """Area over the known one from which an object is looked at for what hangs on to it."""
-SETTLE, SETTLE_FRAMES, LARGEST = 0.5, 4, 0.5
+SETTLE, SETTLE_FRAMES, LARGEST = 0.5, 12, 0.5
 """Change of the background that is taken at once, over the threshold; how often it is looked for
 where nothing is seen; the largest object that is taken for dirt, over the worm's area."""
 SETTLE_AROUND = 6.0
@@ -50,9 +50,6 @@ BEYOND = 6.0
 """How far around the worm it is looked for where there is glare, in widths."""
 HIDE_PX = 5
 """How far around the worm its blur may darken the background."""
-
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -187,12 +184,13 @@ class Finder:
     def _find_parts(self, picture: Picture, gain: float) -> Sight | None:
         """Find a worm that glare may hide a part of; None where there is none near it."""
         window, body = whole(picture.shape), self.body
-        if body is not None:
-            u, v, w, h = cv2.boundingRect(body.astype(np.float32))
+        if not np.isfinite(self._threshold):
+            return None
+        if body is not None and self.blob is not None:
             around = round(BEYOND * self.width)
-            window = window_around((u, v, u + w, v + h), around, picture.shape)
+            window = window_around(self.blob.box, around, picture.shape)
         now, limit = picture[window], self._background.limit[window]
-        if not any_white(now, limit) or not np.isfinite(self._threshold):
+        if not any_white(now, limit):
             return None
         ground = self._background.scaled(gain, window)
         width = self.width or self._width(picture, gain)
@@ -264,25 +262,31 @@ class Finder:
         """
         around = max(MARGIN_PX, round(SETTLE_AROUND * self.width))
         window = window_around(blob.box, around, picture.shape)
-        now, level = picture[window], SETTLE * self._threshold
-        gone = cv2.subtract(now, self._background.scaled(gain, window))
-        glare = cv2.subtract(now, cv2.convertScaleAbs(self._plain[window], alpha=gain))
+        level, slight = SETTLE * self._threshold, SLIGHT * self._noise
+        now, ground = picture[window], self._background.scaled(gain, window)
+        dim = self._background.dim_in(window)
         signal = self._background.signal(picture, gain, window)
         cv2.bitwise_and(signal, self._arena[window], dst=signal)
         signal = smoothed(signal)
-        cluttered = self._background.cluttered(window)
-        slight = SLIGHT * self._noise
-        where = (gone > np.where(cluttered, slight, level)) & (glare < level)
         worm, ends = self._body_in(body, window)
-        where |= (signal > slight) & cluttered & (~ends | (signal < level)) & ~worm
-        signal[worm | ends] = 0
+        least = slight if dim else level
+        _, gone = cv2.threshold(cv2.subtract(now, ground), least, 255, cv2.THRESH_BINARY)
+        _, there = cv2.threshold(signal, least, 255, cv2.THRESH_BINARY)
+        cv2.bitwise_and(there, cv2.bitwise_not(worm), dst=there)
+        if not (cv2.countNonZero(gone) or cv2.countNonZero(there)):
+            return
+        cluttered = self._background.cluttered(window)
+        glare = cv2.subtract(now, cv2.convertScaleAbs(self._plain[window], alpha=gain))
+        where = (gone > 0) & (cluttered | (now > ground + level)) & (glare < level)
+        where |= (there > 0) & cluttered & ((ends == 0) | (signal < level))
+        signal[(worm > 0) | (ends > 0)] = 0
         for dirt in find_blobs(signal, level, window):
             if dirt.area < LARGEST * self._area:
-                where |= (draw_blob(dirt, window, 1) > 0) & ~worm & ~ends
+                where |= (draw_blob(dirt, window, 1) > 0) & (worm == 0) & (ends == 0)
         if where.any():
             self._background.take(picture, gain, window, where)
 
-    def _body_in(self, body: Floats, window: Window) -> tuple[Mask, Mask]:
+    def _body_in(self, body: Floats, window: Window) -> tuple[Picture, Picture]:
         """Return where the worm is in a window, and where its ends may be."""
         worm, ends = np.zeros((2, *self._arena[window].shape), np.uint8)
         line = np.rint(16 * (body - (window[1].start, window[0].start))).astype(np.int32)
@@ -290,7 +294,7 @@ class Finder:
         cv2.polylines(worm, [line], False, 255, thick, cv2.LINE_8, 4)
         for end in (line[0], line[-1]):
             cv2.circle(ends, end, round(16 * NEAR_END * self.width), 255, -1, cv2.LINE_8, 4)
-        return worm > 0, ends > 0
+        return worm, ends
 
     def _pick(self, blobs: list[Blob]) -> Blob | None:
         """Return the object that is the worm, if any can be."""

@@ -12,7 +12,7 @@ from worm_tracker.appearance import marks_of
 from worm_tracker.carrying import EXPECTED, Carried, carry, observed
 from worm_tracker.clutter import views
 from worm_tracker.finding import Finder, Sight
-from worm_tracker.hiding import hidden_in
+from worm_tracker.hiding import hidden_in, of_known_width
 from worm_tracker.known import Known, length_of, mean_width, nearer_turned
 from worm_tracker.light import Picture
 from worm_tracker.object_mask import centroid_of, kept
@@ -125,7 +125,7 @@ class Follower:
             self._lost += 1
             found = Observation(Status.AMBIGUOUS if self._finder.rivals else Status.NO_WORM)
         else:
-            found = hidden_in(self._observe(sight, carried), sight, self._known)
+            found = hidden_in(self._observe(sight, carried), sight)
             self._lost = 0
         resolved = len(found.points) > 0
         self._before, self._last = self._last, found.points if resolved else None
@@ -166,6 +166,7 @@ class Follower:
         fine = refine(sight.signal, offset, rough.points, known.width if known else rough.width)
         if self._last is not None and nearer_turned(fine.points, self._last):
             fine = replace(fine, points=fine.points[::-1], widths=fine.widths[::-1])
+        fine = of_known_width(fine, sight, known)
         return fine if _agreement(fine, blob) >= MIN_OVERLAP else None
 
     def _entire(self, found: Observation) -> bool:

@@ -12,7 +12,7 @@ WHITE = 250
 ABOVE = 20
 """Grey levels above the rig's own light from which that is glare. Where clear water itself is about
 white nothing is glare: a worm is dark there as everywhere."""
-STRIDE = 4
+STRIDE = 8
 """Of the rows and columns that are looked at to see whether there is any glare."""
 WIDER = 1.8
 """A dark track that is narrower than this, in the worm's widths, is the worm before the glare."""

@@ -8,14 +8,14 @@ from worm_msgs_py.status import Status
 from worm_tracker.finding import Sight
 from worm_tracker.known import Known
 from worm_tracker.observation import Observation
-from worm_tracker.outline import Floats, arc_length
-from worm_tracker.segmentation import Picture
+from worm_tracker.outline import arc_length
+from worm_tracker.refinement import Fine
 
 BRIDGED_DOUBT = 0.9
 """What a hidden part leaves of the confidence."""
 
 
-def hidden_in(found: Observation, sight: Sight, known: Known | None) -> Observation:
+def hidden_in(found: Observation, sight: Sight) -> Observation:
     """Return an observation that says which part of its midline was not seen.
 
     Parameters
@@ -23,15 +23,9 @@ def hidden_in(found: Observation, sight: Sight, known: Known | None) -> Observat
     found : Observation
         Made from a sight into which what is hidden was drawn.
     sight : Sight
-    known : Known or None
-        The worm, its widths in the order of the midline.
     """
     joined = sight.joined
-    if not len(found.points):
-        return found
-    if sight.zone is not None and known is not None:
-        found = _of_known_width(found, sight, sight.zone, known.widths)
-    if joined is None:
+    if joined is None or not len(found.points):
         return found
     confidence = BRIDGED_DOUBT * found.confidence
     if not any(joined.hidden):
@@ -48,15 +42,27 @@ def hidden_in(found: Observation, sight: Sight, known: Known | None) -> Observat
     return replace(found, status=Status.END_HIDDEN, confidence=confidence, hidden=hidden)
 
 
-def _of_known_width(found: Observation, sight: Sight, zone: Picture, widths: Floats) -> Observation:
-    """Return an observation whose body is as wide in a zone as it is known to be elsewhere."""
-    u, v = (found.points - (sight.window[1].start, sight.window[0].start)).round().astype(int).T
+def of_known_width(fine: Fine, sight: Sight, known: Known | None) -> Fine:
+    """Return a body that is as wide in glare as it is known to be, or as it is elsewhere.
+
+    Parameters
+    ----------
+    fine : Fine
+        Points and widths in the order of those that are known.
+    sight : Sight
+    known : Known or None
+        None where nothing is known yet.
+    """
+    if sight.zone is None:
+        return fine
+    zone, offset = sight.zone, (sight.window[1].start, sight.window[0].start)
+    u, v = np.rint(fine.points - offset).astype(int).T
     inside = zone[v.clip(0, zone.shape[0] - 1), u.clip(0, zone.shape[1] - 1)] > 0
-    if not inside.any():
-        return found
-    step = np.gradient(arc_length(found.points))
-    more = np.where(inside, widths - found.widths, 0.0) * step
-    area = float((found.widths * step).sum())
-    centre = (area * np.array([found.u, found.v]) + more @ found.points) / (area + more.sum())
-    mended = np.where(inside, widths, found.widths)
-    return replace(found, u=float(centre[0]), v=float(centre[1]), widths=mended)
+    if not inside.any() or inside.all():
+        return fine
+    usual = np.median(fine.widths[~inside]) if known is None else known.widths
+    widths = np.where(inside, usual, fine.widths)
+    more = (widths - fine.widths) * np.gradient(arc_length(fine.points))
+    area = fine.area + float(more.sum())
+    u0, v0 = (fine.area * np.array([fine.u, fine.v]) + more @ fine.points) / area
+    return replace(fine, widths=widths, area=area, u=float(u0), v=float(v0))

@@ -63,6 +63,23 @@ def add_glare(view: View, rig: Rig, spot: Spot, strength: float) -> None:
     view[here] += (strength * np.exp(-0.5 * (distance / sd) ** 2)).astype(np.float32)
 
 
+def add_line(
+    view: View,
+    rig: Rig,
+    points_mm: NDArray[np.float64],
+    width_mm: float,
+    transmission: float,
+) -> None:
+    """Darken a thread, such as a hair or a fibre, along points (n, 2) in the chamber's frame."""
+    u, v = rig.chambers[0].to_pixels(points_mm[:, 0] * 1e-3, points_mm[:, 1] * 1e-3)
+    thread = Body.along(np.stack([u, v], axis=1), max(width_mm * rig.px_per_mm, 1.0))
+    u0, v0, covered = worm_coverage(thread)
+    top, left = max(v0, 0), max(u0, 0)
+    covered = covered[top - v0 :, left - u0 :][: rig.height_px - top, : rig.width_px - left]
+    here = np.s_[top : top + covered.shape[0], left : left + covered.shape[1]]
+    view[here] *= (1.0 - (1.0 - transmission) * covered).astype(np.float32)
+
+
 def add_reflection(view: View, rig: Rig, body: Body, strength: float) -> None:
     """Darken the wall where it mirrors the worm: at R + d for a part at R − d, up to 2 mm deep.
 
