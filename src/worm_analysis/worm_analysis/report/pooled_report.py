@@ -137,7 +137,7 @@ def _examples(shown: list[_Candidate]) -> list[Any]:
     found = []
     for item in [ranked[place] for place in places] if ranked else []:
         results = read_results(item.directory)
-        found.append(Example(results, item.rows, source_name(results.provenance)))
+        found.append(Example.of(results, item.rows, source_name(results.provenance)))
     return found
 
 

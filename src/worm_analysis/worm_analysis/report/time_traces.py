@@ -10,7 +10,7 @@ import numpy as np
 from worm_analysis.report.examples import WHOLE_S, Indices, example_spans
 from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
 from worm_analysis.report.theme import HEAD, INK, PAGE_IN, SHADE, new_figure
-from worm_analysis.results.tables import Floats, Results
+from worm_analysis.results import Columns, Floats, Results
 
 READING = (
     "<i>r</i><sub>h</sub>: distance of the head tip from the chamber's centre (thin line: the wall "
@@ -38,18 +38,37 @@ WRAP_DEG = 180.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Example:
-    """A stretch of a trial that is shown."""
+    """A stretch of a trial that is shown; the rest of the trial need not be kept for it.
 
-    results: Results
-    rows: Indices
+    Attributes
+    ----------
+    tracks : mapping of column name to ndarray
+        Its rows.
+    t_s : ndarray
+        Times from the trial's start.
+    radius_mm : float
+        R.
+    trial : str
+        What the trial is called; empty where there is only one.
+    """
+
+    tracks: Columns
+    t_s: Floats
+    radius_mm: float
     trial: str = ""
+
+    @classmethod
+    def of(cls, results: Results, rows: Indices, trial: str = "") -> "Example":
+        """Cut the stretch out of its trial."""
+        tracks = {name: column[rows] for name, column in results.tracks.items()}
+        return cls(tracks, results.t_s[rows], results.radius_mm, trial)
 
 
 def time_traces(results: Results) -> Panel:
     """Return the panel of one trial: up to three examples, or the whole of a short one."""
     if not results.chambers:
         return Panel(**BASE, n=counted(0, "frames"), reading=READING, why=NO_CHAMBER)
-    examples = [Example(results, rows) for rows in example_spans(results)]
+    examples = [Example.of(results, rows) for rows in example_spans(results)]
     return traces(examples, whole=bool(len(results.t_s)) and results.t_s[-1] <= WHOLE_S)
 
 
@@ -64,7 +83,7 @@ def traces(examples: Sequence[Example], *, whole: bool = False) -> Panel:
     grid = figure.subplots(4, len(examples), sharex="col", squeeze=False, height_ratios=HEIGHTS)
     tables = {}
     for column, example in enumerate(examples):
-        _draw_column(grid[:, column], example.results, example.rows)
+        _draw_column(grid[:, column], example)
         tables[f"example-{column + 1}"] = _table(example)
     for row in (0, 2, 3):
         limits = [axes.get_ylim() for axes in grid[row]]
@@ -90,18 +109,18 @@ def traces(examples: Sequence[Example], *, whole: bool = False) -> Panel:
 
 
 def _known(example: Example) -> int:
-    return int(np.isfinite(example.results.tracks["theta_h_rad"][example.rows]).sum())
+    return int(np.isfinite(example.tracks["theta_h_rad"]).sum())
 
 
 def _table(example: Example) -> dict[str, Any]:
-    tracks, rows = example.results.tracks, example.rows
+    tracks = example.tracks
     return {
-        "t_s": example.results.t_s[rows],
-        "r_h_mm": tracks["r_h_mm"][rows],
-        "theta_h_deg": np.degrees(tracks["theta_h_rad"][rows]),
-        "psi_b_deg": tracks["psi_b_deg"][rows],
-        "psi_h_deg": tracks["psi_h_deg"][rows],
-        "contact": tracks["contact"][rows],
+        "t_s": example.t_s,
+        "r_h_mm": tracks["r_h_mm"],
+        "theta_h_deg": np.degrees(tracks["theta_h_rad"]),
+        "psi_b_deg": tracks["psi_b_deg"],
+        "psi_h_deg": tracks["psi_h_deg"],
+        "contact": tracks["contact"],
     }
 
 
@@ -122,28 +141,27 @@ def without_wraps(angle_deg: Floats) -> Floats:
     return broken
 
 
-def _draw_column(column: Any, results: Results, rows: Indices) -> None:
-    tracks = results.tracks
-    t_s = results.t_s[rows]
-    spans = contact_spans(t_s, tracks["contact"][rows])
+def _draw_column(column: Any, example: Example) -> None:
+    tracks, t_s = example.tracks, example.t_s
+    spans = contact_spans(t_s, tracks["contact"])
     for axes in column:
         for start, end in spans:
             axes.axvspan(start, end, color=SHADE, linewidth=0, zorder=0)
         axes.set_xlim(t_s[0], t_s[-1])
     radius, theta, body, head = column
     line = {"linewidth": 0.8}
-    radius.axhline(results.radius_mm, color=INK, linewidth=0.6)
-    radius.plot(t_s, tracks["r_h_mm"][rows], color=HEAD, **line)
-    radius.set_ylim(top=1.04 * results.radius_mm)
-    theta.plot(t_s, np.degrees(tracks["theta_h_rad"][rows]), color=HEAD, **line)
+    radius.axhline(example.radius_mm, color=INK, linewidth=0.6)
+    radius.plot(t_s, tracks["r_h_mm"], color=HEAD, **line)
+    radius.set_ylim(top=1.04 * example.radius_mm)
+    theta.plot(t_s, np.degrees(tracks["theta_h_rad"]), color=HEAD, **line)
     _whole_turns(theta)
     for axes, name in ((body, "psi_b_deg"), (head, "psi_h_deg")):
         axes.axhline(0.0, color=INK, linewidth=0.5)
-        angle = tracks[name][rows]
+        angle = tracks[name]
         axes.plot(t_s, without_wraps(angle), color=INK, **line)
         axes.set_ylim(*_angle_limits(angle))
     head.set_xlabel("$t$ (s)")
-    known = int(np.isfinite(tracks["theta_h_rad"][rows]).sum())
+    known = _known(example)
     radius.set_title(f"n = {thousands(known)} frames", loc="right", pad=3)
 
 

@@ -205,7 +205,9 @@ def _read_table(path: Path, columns: Iterable[str]) -> Columns:
 
 def _to_numpy(column: Any) -> NDArray[Any]:
     if pa.types.is_string(column.type):
-        return np.asarray(column.to_pylist(), dtype=object)
+        words = column.combine_chunks().dictionary_encode()  # a word once, however often it is
+        known = np.array([*words.dictionary.to_pylist(), None], dtype=object)
+        return np.asarray(known[words.indices.fill_null(-1).to_numpy(zero_copy_only=False)])
     if pa.types.is_integer(column.type) and column.null_count == 0:
         return np.asarray(column.to_numpy(), dtype=np.int64)
     if pa.types.is_boolean(column.type):
