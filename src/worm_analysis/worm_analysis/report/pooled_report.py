@@ -15,6 +15,7 @@ from worm_analysis.pooling.estimates import Pooled
 from worm_analysis.report.examples import Indices, candidates
 from worm_analysis.report.report import environment, source_name, trial_context
 from worm_analysis.results import ReportError, Results, read_results
+from worm_analysis.results.tables import REMEDY as REMEDY_OF_ONE
 
 EXAMPLES = 3
 BESIDE_IN_POOL = ("fig-1c", "fig-4c", "fig-8", "fig-model")
@@ -104,7 +105,7 @@ def _read(
         try:
             results = read_results(directory)
         except ReportError as error:
-            bad.append(str(error).removesuffix(": " + str(error).rsplit(": ", 1)[-1]))
+            bad.append(str(error).removesuffix(f": {REMEDY_OF_ONE}"))
             continue
         if not results.chambers:
             bad.append(f"{directory}: no chamber in the picture")
