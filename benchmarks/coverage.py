@@ -29,7 +29,6 @@ from worm_analysis.correlation import SignCorrelation, fit_decay_time, lag_grid
 Floats = NDArray[np.float64]
 Answer = dict[str, tuple[float, float, float]]
 
-RATE_HZ = 30.0
 LAGS_S = (1.0, 5.0, 20.0, 60.0, 100.0)
 CELL_S = 0.1
 TRUTH_S = 2.0e6
@@ -39,11 +38,11 @@ GOOD = 0.90
 LAWS = ("d_c_exponential_p", "d_nc_exponential_p", "delta_r_h_exponential_p")
 
 
-def answer(worm: KnownWorm, hours: float, seed: int) -> Answer:
+def answer(worm: KnownWorm, hours: float, rate_hz: float, seed: int) -> Answer:
     """Return value, low and high of everything that one trial gives."""
     analysis = Analysis()
     analysis.set_geometry(worm.geometry)
-    for state in film(worm, seed, 3600 * hours, RATE_HZ):
+    for state in film(worm, seed, 3600 * hours, rate_hz):
         analysis.push(state)
     analysis.finish()
     found = {
@@ -208,15 +207,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--hours", type=float, default=1.0, help="length of each trial")
+    parser.add_argument("--rate", type=float, default=30.0, help="frames/s")
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
     worm = KnownWorm()
     truth = truths(worm)
     with ProcessPoolExecutor(given.workers) as pool:
-        answers = list(pool.map(partial(answer, worm, given.hours), range(given.seeds)))
+        answers = list(pool.map(partial(answer, worm, given.hours, given.rate), range(given.seeds)))
     table = Table(
         "quantity", "truth", "mean", "bias", "seeds", "held by the 95 % interval", "",
-        title=f"{given.seeds} trials of {given.hours:g} h at {RATE_HZ:.0f} frames/s",
+        title=f"{given.seeds} trials of {given.hours:g} h at {given.rate:g} frames/s",
     )  # fmt: skip
     for row in rows(answers, truth):
         table.add_row(*row)

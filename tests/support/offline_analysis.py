@@ -192,18 +192,23 @@ class Offline:
         return np.array(found).reshape(-1, 2)
 
     def windows(self):
-        """Rows (mean v_b, sin of the mean psi_b) of windows of which half was seen."""
-        known = np.flatnonzero(np.isfinite(self.theta_dot) & np.isfinite(self.psi_b))
+        """Rows (mean v_b, sine of psi_b's mean) of the windows of each stretch, nearly full ones.
+
+        The sine is that of the mean on either side of the normal, weighted by their times.
+        """
+        known = np.isfinite(self.theta_dot) & np.isfinite(self.psi_b)
         found = []
-        if len(known):
-            t = self.track.stamp_ns[known] - self.track.stamp_ns[known[0]]
-            keys = list(zip(self.stretch[known], t // MEAN_NS, strict=True))
-            for key in sorted(set(keys)):
-                own = np.array([k == key for k in keys])
-                if t[own][-1] - t[own][0] >= MEAN_NS / 2:
-                    psi = self.psi_b[known[own]]
-                    mean = psi[0] + wrapped(psi - psi[0]).mean()
-                    found.append(((R * self.theta_dot[known[own]]).mean(), np.sin(mean)))
+        for rows in self.stretches():
+            rows = rows[known[rows]]
+            t = self.track.stamp_ns[rows] - self.track.stamp_ns[rows[:1]]
+            for window in np.unique(t // MEAN_NS):
+                own = t // MEAN_NS == window
+                if np.ptp(t[own]) < 0.9 * MEAN_NS:
+                    continue
+                psi = self.psi_b[rows[own]]
+                sides = [side for side in (psi[psi > 0], psi[psi <= 0]) if len(side)]
+                s = sum(len(side) * np.sin(side.mean()) for side in sides) / len(psi)
+                found.append(((R * self.theta_dot[rows[own]]).mean(), s))
         return np.array(found).reshape(-1, 2)
 
     def turns(self):

@@ -91,6 +91,16 @@ def test_a_body_that_trails_a_counter_clockwise_head_has_positive_psi_b():
         assert np.sign(found["v_b_mean"].value) == np.sign(turn)
 
 
+def test_a_worm_that_turns_round_within_a_window_has_the_same_v_w():
+    """The sine of a mean over a turn is not the mean of the sines: v_w would be 10 % off here."""
+    t = np.arange(0, 400, 0.05)
+    heading = np.where(t % 23.4 < 11.7, 1.0, -1.0)
+    theta = np.cumsum(heading) * 0.05 * 0.2
+    track = track_from_polar(t, np.full(len(t), R - THRESHOLD / 3), theta, 1.0 * heading)
+    v_w = by_name(analyse(track.states())[0])["v_w"]
+    assert v_w.value == pytest.approx(2.0 / np.sin(1.0), rel=0.01)
+
+
 def test_a_worm_that_turns_round_has_a_speed_that_goes_with_its_body_angle():
     """psi_b > 0 <=> counter-clockwise: theta_dot grows with psi_b, and not with the incidence."""
     analysis, _, events = analyse(slides_and_hops(2, 900.0, 20.0).states())

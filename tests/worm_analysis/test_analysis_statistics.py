@@ -20,6 +20,7 @@ from worm_analysis.statistics import (
     exponential_mean,
     fraction,
     peak_positions,
+    per_true_cycle,
     poisson_rate,
     unmerged_means,
 )
@@ -103,6 +104,15 @@ def test_sampling_in_frames_is_undone():
     naive = [item.mean() for item in excess]
     assert naive[0] > 1.02 * true[0]
     assert unmerged_means(*naive, step) == pytest.approx(true, rel=0.01)
+
+
+@given(st.floats(0, 0.49), st.integers(1, 6))
+def test_the_reversals_of_unseen_cycles_are_undone(chance, cycles):
+    """A head that turns round with a chance after each cycle, looked at after every few cycles."""
+    goes_on = 1.0
+    for _ in range(cycles):
+        goes_on = goes_on * (1 - chance) + (1 - goes_on) * chance
+    assert per_true_cycle(1 - goes_on, cycles) == pytest.approx(chance, abs=1e-6)
 
 
 @pytest.mark.parametrize(("successes", "n"), [(0, 12), (7, 12), (12, 12), (60, 100)])

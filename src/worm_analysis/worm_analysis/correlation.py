@@ -118,14 +118,16 @@ class SignCorrelation:
         """Return one standard error at each lag from blocks of time; NaN with fewer than eight.
 
         The largest one over all lengths of blocks is taken, as blocks shorter than the correlation
-        time make it too small. Long lags may have pairs in a few blocks only: the error is widened
-        by Student's law, so that 1.96 of it make a 95 % interval, and NaN with fewer than three.
+        time make it too small. Long lags may have nearly all of their pairs in a few blocks: the
+        error is widened by Student's law for the blocks' effective number (Σ pairs)²/Σ pairs², so
+        that 1.96 of it make a 95 % interval, and it is NaN with fewer than three.
         """
         c, pairs = self.curve()
         worst = np.full(len(c), np.nan)
         unknown = np.zeros(len(c), dtype=np.bool_)
         for rows in self._blocks.levels():
-            k = np.count_nonzero(rows[:, len(c) :], axis=0)
+            squares = np.maximum(np.sum(rows[:, len(c) :] ** 2, axis=0), 1.0)
+            k = pairs.astype(np.float64) ** 2 / squares
             few = k < FEWEST_BLOCKS_AT_LAG
             k = np.maximum(k, FEWEST_BLOCKS_AT_LAG)
             squares = np.sum(self._residuals(rows, c) ** 2, axis=0) * (k / (k - 1))

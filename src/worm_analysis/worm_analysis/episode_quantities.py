@@ -116,6 +116,21 @@ def corrections(lengths: LengthSums, limit_m: float) -> tuple[float, float, floa
     return true[0] / seen[0], true[1] / seen[1], 1 / merged
 
 
+def cycles_in_one(lengths: LengthSums, pixel_m: float) -> float:
+    """Return how many cycles of slide and hop an observed one holds: 1, where frames are dense."""
+    limit_m = resolution_limit(lengths, pixel_m)
+    scales = corrections(lengths, limit_m)
+    observed_m = true_m = 0.0
+    for sums, scale in zip((lengths.d_c, lengths.d_nc), scales, strict=False):
+        n, whole_m, _ = sums.above(0.0)
+        n_above, excess_m, _ = sums.above(limit_m)
+        if not (n and n_above):
+            return 1.0
+        observed_m += whole_m / n
+        true_m += scale * excess_m / n_above
+    return max(1.0, observed_m / true_m) if true_m > 0 else 1.0
+
+
 def mean_above(sums: ExcessSums, blocks: ExcessBlocks, limit: float) -> Estimate:
     """Return the mean excess above a limit and the wider one of its two intervals.
 

@@ -6,7 +6,7 @@ from math import degrees, inf
 from worm_analysis import episode_quantities, passage_quantities, telling
 from worm_analysis.frame_sums import RADIUS_EDGES
 from worm_analysis.left_out import UNCERTAIN, UNTRACKED
-from worm_analysis.statistics import fraction
+from worm_analysis.statistics import Estimate, fraction, per_true_cycle
 from worm_analysis.telling import Evidence
 from worm_msgs_py import Quantity
 
@@ -130,7 +130,7 @@ def _motion(evidence: Evidence) -> list[Quantity]:
             "reversal_per_cycle",
             "1",
             episodes.cycles,
-            partial(fraction, episodes.reversals, episodes.cycles),
+            partial(_reversals, evidence),
             items="pairs of cycles",
         ),
         tell(
@@ -142,6 +142,17 @@ def _motion(evidence: Evidence) -> list[Quantity]:
             items="seconds with a direction",
         ),
     ]
+
+
+def _reversals(evidence: Evidence) -> Estimate:
+    episodes = evidence.search.episodes
+    cycles = episode_quantities.cycles_in_one(episodes.lengths, evidence.pixel_m)
+    value, low, high = fraction(episodes.reversals, episodes.cycles)
+    return (
+        per_true_cycle(value, cycles),
+        per_true_cycle(low, cycles),
+        per_true_cycle(high, cycles),
+    )
 
 
 def _body(evidence: Evidence) -> list[Quantity]:

@@ -8,11 +8,10 @@ from numpy.typing import NDArray
 from worm_analysis.angular_motion import NS
 from worm_analysis.blocks import BlockSums, jackknife_half_width
 from worm_analysis.frame_rows import Frames
-from worm_analysis.observables import wrap_angle
 
 Floats = NDArray[np.float64]
 
-FULL = 0.5
+FULL = 0.9
 """A window of which less than this part was seen is left out."""
 
 
@@ -21,8 +20,10 @@ class SpeedLaw:
 
     The paper fits the line to the means of whole trials (Fig. 4c). Within one trial the body turns
     round, so means are taken over windows of one undulatory stroke, short beside t_per; frame by
-    frame, the stroke's sway of ψ_b, which does not change the speed, would flatten the line. A
-    window ends at every gap and with every visit.
+    frame, the stroke's sway of ψ_b, which does not change the speed, would flatten the line. Where
+    the body turns round within a window, ψ_b is averaged on either side of the normal apart, and
+    the sines of the two means by their times: the sine of a mean across the turn would be too
+    large. Windows follow each other from the start of each unbroken stretch.
 
     Parameters
     ----------
@@ -41,11 +42,11 @@ class SpeedLaw:
         self._radius_m = radius_m
         self._window_ns = round(window_s * NS)
         self._blocks = BlockSums(2)
-        self._start_ns: int | None = None
-        self._key = (-1, -1)
+        self._stretch = -1
+        self._stretch_ns = 0
+        self._window = -1
         self._first_ns = self._last_ns = 0
-        self._reference_rad = 0.0
-        self._sums = np.zeros(3)
+        self._sums = np.zeros(5)
         self.windows = 0
 
     def add(self, frames: Frames) -> None:
@@ -54,33 +55,39 @@ class SpeedLaw:
         if not known.any():
             return
         stamps_ns, stretch = frames.stamp_ns[known], frames.stretch[known]
-        speed, psi_b = frames.theta_dot_rad_s[known], frames.psi_b_rad[known]
-        if self._start_ns is None:
-            self._start_ns = int(stamps_ns[0])
-        window = (stamps_ns - self._start_ns) // self._window_ns
-        change = (np.diff(window) != 0) | (np.diff(stretch) != 0)
-        for part in np.split(np.arange(len(window)), np.flatnonzero(change) + 1):
-            key = (int(stretch[part[0]]), int(window[part[0]]))
-            if key != self._key:
+        v, psi_b = self._radius_m * frames.theta_dot_rad_s[known], frames.psi_b_rad[known]
+        left = psi_b > 0
+        rows = np.stack([v, left, psi_b * left, ~left, psi_b * ~left])
+        for piece in np.split(np.arange(len(stretch)), np.flatnonzero(np.diff(stretch)) + 1):
+            if int(stretch[piece[0]]) != self._stretch:
                 self.close()
-                self._key, self._first_ns = key, int(stamps_ns[part[0]])
-                self._reference_rad = float(psi_b[part[0]])
-            away = wrap_angle(psi_b[part] - self._reference_rad)
-            rows = np.stack([np.ones(len(part)), self._radius_m * speed[part], away])
-            # One after the other, as if frames came one by one.
-            self._sums = np.cumsum(np.column_stack([self._sums, rows]), axis=1)[:, -1]
-            self._last_ns = int(stamps_ns[part[-1]])
+                self._stretch, self._stretch_ns = int(stretch[piece[0]]), int(stamps_ns[piece[0]])
+            window = (stamps_ns[piece] - self._stretch_ns) // self._window_ns
+            for part in np.split(piece, np.flatnonzero(np.diff(window)) + 1):
+                self._add_part(stamps_ns[part], rows[:, part])
+
+    def _add_part(self, stamps_ns: NDArray[np.int64], rows: Floats) -> None:
+        """Take frames that lie in one window."""
+        window = (int(stamps_ns[0]) - self._stretch_ns) // self._window_ns
+        if window != self._window:
+            self.close()
+            self._window, self._first_ns = window, int(stamps_ns[0])
+        # One after the other, as if frames came one by one.
+        self._sums = np.cumsum(np.column_stack([self._sums, rows]), axis=1)[:, -1]
+        self._last_ns = int(stamps_ns[-1])
 
     def close(self) -> None:
         """End the window that is open."""
         if self._last_ns - self._first_ns >= FULL * self._window_ns:
-            n, v, away = self._sums
-            s = np.sin(self._reference_rad + away / n)
-            self._blocks.row(self._first_ns)[:] += (v / n * s, s * s)
+            v, n_left, left, n_right, right = self._sums
+            s = n_left * np.sin(left / max(n_left, 1.0))
+            s += n_right * np.sin(right / max(n_right, 1.0))
+            v, s = v / (n_left + n_right), s / (n_left + n_right)
+            self._blocks.row(self._first_ns)[:] += (v * s, s * s)
             self.windows += 1
-        self._key = (-1, -1)
+        self._window = -1
         self._first_ns = self._last_ns = 0
-        self._sums = np.zeros(3)
+        self._sums = np.zeros(5)
 
     def speed(self) -> tuple[float, float | None]:
         """Return v_w in m/s, by least squares through the origin, and half of its interval."""

@@ -77,6 +77,21 @@ def merged_excursion_factor(mean_c: float, step: float) -> float:
     return -log1p(-unseen) / unseen if unseen > 1e-12 else 1.0
 
 
+def per_true_cycle(observed: float, cycles: float) -> float:
+    """Return the chance of a reversal per cycle from that over several cycles taken for one.
+
+    Parameters
+    ----------
+    observed : float
+        Fraction of observed cycles that go the other way than the one before.
+    cycles : float
+        True cycles in an observed one, 1 or more: a slide or a hop between two frames is not seen,
+        and the cycles around it are taken for one. An even number of reversals in it goes unseen.
+    """
+    kept = max(0.0, 1 - 2 * observed)
+    return float((1 - kept ** (1 / max(1.0, cycles))) / 2) if kept > 0 else observed
+
+
 def fraction(successes: int, n: int) -> Estimate:
     """Return a fraction and its Clopper–Pearson interval; n is 1 or more."""
     low = betaincinv(successes, n - successes + 1, TAIL) if successes > 0 else 0.0
