@@ -15,7 +15,7 @@ from worm_msgs_py import Correlation, Quantity
 Floats = NDArray[np.float64]
 
 SHORTEST_TRACK_IN_T_PER = 5.0
-FEWEST_BLOCKS_AT_LAG = 3
+FEWEST_BLOCKS_AT_LAG = 5
 NORMAL = 1.959964
 CELLS_AT_ONCE = 1024
 """Bounds the memory of the table of pairs."""
@@ -120,7 +120,7 @@ class SignCorrelation:
         The largest one over all lengths of blocks is taken, as blocks shorter than the correlation
         time make it too small. Long lags may have nearly all of their pairs in a few blocks: the
         error is widened by Student's law for the blocks' effective number (Σ pairs)²/Σ pairs², so
-        that 1.96 of it make a 95 % interval, and it is NaN with fewer than three.
+        that 1.96 of it make a 95 % interval, and it is NaN with fewer than five.
         """
         c, pairs = self.curve()
         worst = np.full(len(c), np.nan)
