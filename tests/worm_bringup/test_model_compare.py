@@ -23,6 +23,12 @@ def trials(tmp_path_factory):
     return [escaped_trial(base / f"trial{n}", worm) for n, worm in enumerate(worms)]
 
 
+@pytest.fixture(scope="module")
+def cases(trials):
+    """Each trial, then the pool of the two at W = 1 mm."""
+    return compare_trials(trials, ModelParameters())
+
+
 @pytest.fixture
 def worm(monkeypatch, capsys):
     """Return a function that runs `worm model compare`: exit status, stdout and stderr."""
@@ -36,8 +42,7 @@ def worm(monkeypatch, capsys):
     return run
 
 
-def test_each_trial_is_compared_and_then_those_of_one_width_together(trials):
-    cases = compare_trials(trials, ModelParameters())
+def test_each_trial_is_compared_and_then_those_of_one_width_together(trials, cases):
     assert [case.name for case in cases] == [*map(str, trials), "W = 1 mm, 2 trials"]
     assert [case.trials for case in cases] == [1, 1, 1, 2]
     for case in cases:
@@ -46,9 +51,9 @@ def test_each_trial_is_compared_and_then_those_of_one_width_together(trials):
         assert case.comparison.needs
 
 
-def test_a_trial_is_compared_as_it_was_when_it_was_analysed(trials):
+def test_a_trial_is_compared_as_it_was_when_it_was_analysed(trials, cases):
     """All options at their defaults, the tables give what the summary already says."""
-    (case,) = compare_trials(trials[:1], ModelParameters())
+    case = cases[0]
     told = json.loads((trials[0] / "summary.json").read_text(encoding="utf-8"))["model"]
     for quantity in case.comparison.quantities:
         entry = told["quantities"][quantity.name]
@@ -65,9 +70,8 @@ def test_a_trial_is_compared_as_it_was_when_it_was_analysed(trials):
         assert need.value == pytest.approx(expected, rel=1e-6, nan_ok=True)
 
 
-def test_a_worm_that_walks_the_walk_is_held_together_at_its_own_speed(trials):
+def test_a_worm_that_walks_the_walk_is_held_together_at_its_own_speed(cases):
     """The simulated worms reverse in 5 % of their cycles."""
-    cases = compare_trials(trials[:2], ModelParameters())
     (found,) = [
         a
         for a in agreements(cases[-1].comparison.needs)
@@ -114,8 +118,7 @@ def test_without_a_trial_the_papers_own_numbers_are_asked(worm):
     assert " ".join(worm()[1].split()).count("n_s, but not t_per, escape_ratio.") == 3
 
 
-def test_a_pool_predicts_from_the_pooled_numbers(trials):
-    cases = compare_trials(trials[:2], ModelParameters())
+def test_a_pool_predicts_from_the_pooled_numbers(cases):
     single = [case.comparison for case in cases[:2]]
     pooled = {q.name: q for q in cases[-1].comparison.quantities}
     for name in ("d_c", "d_nc", "v_b"):

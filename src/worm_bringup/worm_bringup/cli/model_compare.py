@@ -71,6 +71,8 @@ def compare(
         hop_may_land=hop_may_land,
         effective_width=effective_width,
     )
+    if figure is not None:
+        _refuse(figure)
     if results:
         with progress_bar("trials") as progress:
             cases = compare_trials(results, parameters, progress)
@@ -87,6 +89,14 @@ def compare(
         _print(console, case)
 
 
+def _refuse(figure: Path) -> None:
+    """Refuse a figure that could not be written, before the work is done."""
+    if figure.suffix not in (".svg", ".png", ".pdf"):
+        raise BadInput(f"{figure}: a figure ends in .svg, .png or .pdf: rename it")
+    if not figure.parent.is_dir():
+        raise BadInput(f"{figure}: there is no directory {figure.parent}: make it first")
+
+
 def _draw(case: Case, path: Path) -> None:
     """Draw the joint question into a file that is there whole or not at all."""
     # Drawing is slow to import, and mostly not asked for.
@@ -95,8 +105,6 @@ def _draw(case: Case, path: Path) -> None:
 
     if case.comparison is None or not case.comparison.needs:
         raise BadInput(f"{case.name}: no observation to draw: {case.why or 'nothing was measured'}")
-    if path.suffix not in (".svg", ".png", ".pdf"):
-        raise BadInput(f"{path}: a figure ends in .svg, .png or .pdf: rename it")
     unfinished = path.with_name(f".{path.stem}.part{path.suffix}")
     try:
         with style():
