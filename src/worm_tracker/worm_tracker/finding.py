@@ -46,6 +46,8 @@ SLIGHT = 3.5
 """Change, over the noise, that is taken at once where there is dirt in the background already."""
 NEAR_END = 2.0
 """How far around its ends nothing is taken for dirt, in widths."""
+ENTIRE = 0.95
+"""Area over the known one below which a part of the worm may have been cut off."""
 BEYOND = 6.0
 """How far around the worm it is looked for where there is glare, in widths."""
 HIDE_PX = 5
@@ -175,7 +177,8 @@ class Finder:
             if blob is not None and not (cut and window is not everything):
                 self.blob = blob
                 self._crowded = len(blobs) > 1 or blob.area > OVERGROWN * self._area
-                return Sight(window, signal, smooth, blob, self._threshold)
+                sight = Sight(window, signal, smooth, blob, self._threshold)
+                return self._with_cut_off(sight, len(blobs))
         self.blob = self.body = None
         if not self._area:  # no worm has been seen yet: the threshold may be wrong
             self._threshold = first_threshold(signal, self._noise)
@@ -203,22 +206,59 @@ class Finder:
         blobs = find_blobs(through.smooth, self._threshold, whole(now.shape))
         level = self._threshold / THRESHOLD
         joined = join(blobs, through.signal, through.zone, width, self._length, level, body)
-        signal, smooth = through.signal, through.smooth
         if joined is not None:
-            signal = paint(signal, joined.bridges, width, level)
-            smooth = paint(smooth, joined.bridges, width, level)
-            for piece in joined.pieces:  # one object, also where it fades
-                smooth = paint(smooth, [piece], 1, level)
-        blobs = find_blobs(smooth, self._threshold, window)
-        if joined is None:
-            blob = self._pick(blobs)
-        else:
-            u, v = joined.pieces[0][len(joined.pieces[0]) // 2] + offset
-            inside = [cv2.pointPolygonTest(b.contour[:, None], (u, v), True) for b in blobs]
-            blob = blobs[int(np.argmax(inside))] if blobs else None
+            return self._put_together(
+                window, through.signal, through.smooth, through.zone, joined, width
+            )
+        blob = self._pick(find_blobs(through.smooth, self._threshold, window))
         if blob is None:
             return None
-        return Sight(window, signal, smooth, blob, self._threshold, joined, through.zone)
+        return Sight(
+            window, through.signal, through.smooth, blob, self._threshold, None, through.zone
+        )
+
+    def _with_cut_off(self, sight: Sight, objects: int) -> Sight:
+        """Return a sight with what is cut off by dirt in the background that has moved on."""
+        window = sight.window
+        small = objects > 1 and sight.blob.area < ENTIRE * self._area
+        if self.body is None or not small or not self._background.dim_in(window):
+            return sight
+        zone = self._background.cluttered(window).astype(np.uint8)
+        blobs = find_blobs(sight.smooth, self._threshold, whole(sight.smooth.shape))
+        body = self.body - np.array([window[1].start, window[0].start])
+        level = self._threshold / THRESHOLD
+        joined = join(blobs, sight.signal, zone, self.width, self._length, level, body)
+        if joined is None or any(joined.hidden):
+            return sight
+        found = self._put_together(window, sight.signal, sight.smooth, zone, joined, self.width)
+        if found is None or found.blob.area < sight.blob.area:
+            return sight
+        self.blob, self._veiled = found.blob, True
+        return found
+
+    def _put_together(
+        self,
+        window: Window,
+        signal: Picture,
+        smooth: Picture,
+        zone: Picture,
+        joined: Joined,
+        width: float,
+    ) -> Sight | None:
+        """Return the sight of a worm whose pieces were joined, what is hidden drawn in."""
+        level = self._threshold / THRESHOLD
+        signal = paint(signal, joined.bridges, width, level)
+        smooth = paint(smooth, joined.bridges, width, level)
+        for piece in joined.pieces:  # one object, also where it fades
+            smooth = paint(smooth, [piece], 1, level)
+        blobs = find_blobs(smooth, self._threshold, window)
+        if not blobs:
+            return None
+        middle = joined.pieces[0][len(joined.pieces[0]) // 2]
+        u, v = float(middle[0] + window[1].start), float(middle[1] + window[0].start)
+        inside = [cv2.pointPolygonTest(b.contour[:, None], (u, v), True) for b in blobs]
+        blob = blobs[int(np.argmax(inside))]
+        return Sight(window, signal, smooth, blob, self._threshold, joined, zone)
 
     def _width(self, picture: Picture, gain: float) -> float:
         """Return a first guess of the worm's width: the thickness of the largest object."""
