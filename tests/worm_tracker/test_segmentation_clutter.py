@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from worm_model.rig import Body, clear_view, expose
-from worm_model.rig.disturbances import add_bubbles
 from worm_model.scenes import SCENES, Take
 from worm_msgs_py import Status
 from worm_tracker.parameters import TrackerParameters
@@ -41,25 +39,3 @@ def test_what_touches_the_worm_from_the_first_frame_is_cut_off(scene, seed):
     assert np.median(tips) <= 0.5
     assert np.quantile(tips, 0.95) <= 1.5
     assert np.median(centroids) <= 0.3
-
-
-def test_a_bubble_that_moves_on_under_the_worm_does_not_cut_off_its_head():
-    """Its old rim stays in the background under the body, where the worm is then hard to see."""
-    rig = Take(px_per_mm=20.0).chamber
-    tracker, given, heads = Tracker(TrackerParameters()), [], []
-    for frame in range(70):
-        x = np.linspace(0.0, 200.0, 60) - 2.0 * max(0, 20 - frame)
-        line = np.stack([350.0 - x, 256.0 + 14.0 * np.sin(x / 30.0)], axis=1)
-        body = Body.along(line + np.array([0.0, 0.02 * frame]), 8.0)
-        view = clear_view(rig, body)
-        u, v = 250.0 + 0.25 * max(0, frame - 30), 254.0
-        spot = rig.chambers[0].to_metres(u, v)
-        add_bubbles(view, rig, [(1e3 * spot[0], 1e3 * spot[1], 0.9)])
-        given += tracker.push(expose(rig, view, frame), frame * 66_666_667)
-        heads.append((body.points_px[0], body.points_px[-1]))
-    given += tracker.finish()
-    for tracked, ends in zip(given, heads, strict=True):
-        state = tracked.state
-        assert state.status in (Status.TRACKED, Status.BRIDGED)
-        for point in (state.head, state.tail):
-            assert min(math.dist((point.u_px, point.v_px), end) for end in ends) < 4.0
