@@ -83,3 +83,63 @@ def test_certainty_is_a_probability():
     assert certainty(-3.0) == certainty(3.0) == pytest.approx(0.9526, abs=1e-4)
     assert chained(0.9, 1.0) == pytest.approx(0.9)
     assert chained(0.9, 0.5) == pytest.approx(0.5)
+
+
+MARKS = np.linspace(0.3, -0.1, 16)
+"""How the ends look: their first half is wider, and darker in part."""
+
+
+def crawled_then_missed(frames_missed, marks, seed=0):
+    """Return an identity that saw a worm go ahead, and then did not see it for a while."""
+    rng = np.random.default_rng(seed)
+    identity = HeadTail()
+    for points in crawling(60, 3.0):
+        seen = None if marks is None else marks + 0.05 * rng.standard_normal(16)
+        identity.push(points, WIDTH, seen)
+    assert identity.certain
+    assert identity.log_odds > 0
+    for _ in range(frames_missed):
+        identity.miss()
+    return identity
+
+
+def test_a_worm_not_seen_for_long_may_be_either_way_round():
+    there = crawling(61, 3.0)[-1]
+    soon, late = crawled_then_missed(1, None), crawled_then_missed(40, None)
+    soon.push(there, WIDTH)
+    late.push(there, WIDTH)
+    assert soon.certain
+    assert not late.certain
+    assert certainty(late.log_odds) < 0.9
+
+
+def test_a_body_that_was_poorly_fitted_for_long_does_not_tell_where_its_ends_are():
+    identity = crawled_then_missed(0, None)
+    for points in crawling(90, 3.0)[60:]:
+        identity.push(points, WIDTH, None, 0.7)
+    identity.push(crawling(91, 3.0)[-1], WIDTH)
+    assert not identity.certain
+
+
+@given(round_=st.booleans(), turned=st.booleans(), seed=st.integers(0, 99))
+def test_the_looks_of_the_ends_tell_the_head_after_a_time_without_it(round_, turned, seed):
+    """Also where the worm has turned round unseen, so that each end lies where the other was."""
+    identity = crawled_then_missed(40, MARKS, seed)
+    rng = np.random.default_rng(seed)
+    there = crawling(61, 3.0)[-1]
+    head_first = there[::-1] if round_ else there
+    verdicts = []
+    for _ in range(20):
+        marks = MARKS + 0.05 * rng.standard_normal(16)
+        if turned:
+            linked = identity.push(head_first[::-1], WIDTH, -marks)
+        else:
+            linked = identity.push(head_first, WIDTH, marks)
+        if linked.verdict is not None:
+            verdicts.append(linked.verdict)
+    (verdict,) = verdicts
+    assert verdict.wrong == round_
+    assert verdict.reliability > 0.9
+    assert identity.certain
+    head = linked.points[0] if identity.log_odds > 0 else linked.points[-1]
+    assert tuple(head) == tuple(head_first[0])

@@ -38,6 +38,8 @@ MIN_OVERLAP = 0.7
 SETTLED_FRAMES, SAME_LENGTH, SURE = 10, 0.035, 0.85
 """Midlines learned from, log of the length over the known one, and confidence from which all of the
 worm is taken to have been seen."""
+ENTIRE = 0.9
+"""Least agreement for a midline of a part cut out, where nothing is known of the worm yet."""
 SMALL, LARGE = 0.35, 2.2
 """Areas, relative to the worm's, that are not the worm."""
 
@@ -149,11 +151,13 @@ class Follower:
         fine = None
         for view in views(sight, known, self._finder.body):
             fine = self._outlined(view)
+            if known is None and view is not sight and not _entirely(fine, view):
+                continue  # a loop that was cut open, rather than what hangs on to the worm
             if fine is not None and self._continues(fine):
                 if known is None or sight.joined is None:
                     self._learn(fine, view.blob)
                 return _seen(fine, _agreement(fine, view.blob))
-        return self._carry(view, carried, fine)
+        return self._carry(sight if known is None else view, carried, fine)
 
     def _outlined(self, sight: Sight) -> Fine | None:
         """Return the midline that the object's outline gives; None where it is no simple body."""
@@ -246,6 +250,11 @@ def _seen(fine: Fine, confidence: float) -> Observation:
 def _coiled(sight: Sight) -> Observation:
     """Return the observation of an object without a midline."""
     return Observation(Status.COILED, *centroid_of(sight))
+
+
+def _entirely(fine: Fine | None, view: Sight) -> bool:
+    """Tell whether a midline explains all of what was cut out."""
+    return fine is not None and _agreement(fine, view.blob) >= ENTIRE
 
 
 def _agreement(fine: Fine, blob: Blob) -> float:

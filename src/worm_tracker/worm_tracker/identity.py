@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from worm_tracker.appearance import Appearance
 from worm_tracker.known import LEAP_LENGTHS, LEAP_WIDTHS
-from worm_tracker.outline import as_complex, tangents
+from worm_tracker.outline import arc, as_complex, as_points, tangents
 
 Floats = NDArray[np.float64]
 
@@ -41,6 +41,8 @@ SPEED_FRAMES = 30.0
 """Memory of how far a body's points move in a frame."""
 POOR = 0.8
 """A body that explains the picture less well than this does not tell where the ends are."""
+NEARLY_SURE = 0.9999
+"""A link less reliable than this is looked at again, the body slid along itself."""
 DOUBTFUL = 0.99
 """A link less reliable than this is decided by how the ends look, if they differ."""
 LOOKS = 15
@@ -166,6 +168,7 @@ class HeadTail:
         self._gap = 1
         self._unsure = 0
         self._speed = 0.0
+        self._forward = 0.0
         self._looks = Appearance()
         self._head = Appearance()
         self._doubt: _Doubt | None = None
@@ -261,6 +264,11 @@ class HeadTail:
         gone = self._speed * (frames - 1)
         spread = (LINK_WIDTHS * width) ** 2 * self._gap + gone**2 + near**2
         reliability = 1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0)))
+        if frames == 1 and reliability < NEARLY_SURE:
+            # In a coil the turns lie near each other: what counts is the way from where it slid to.
+            near = min(near, _distance(points, _slid(self._last, self._forward)))
+            spread = (LINK_WIDTHS * width) ** 2 + near**2
+            reliability = 1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0)))
         if self._leaps(points, width):
             reliability = min(reliability, LEAP_RELIABILITY)
         self._carry_on(float(reliability))
@@ -327,6 +335,7 @@ class HeadTail:
         moved = (as_complex(points) - line) * -tangents(line).conj()
         n = len(points)
         forward = float(moved.real[n // 8 : n - n // 8].mean())
+        self._forward = forward
         part = min(max(forward / length, -MOST_STEP), MOST_STEP)
         told = trust * ODDS_PER_LENGTH * part
         self._motion += told
@@ -376,3 +385,14 @@ def _dilute(log_odds: float, reliability: float) -> float:
 def _distance(a: Floats, b: Floats) -> float:
     """Return the mean distance of corresponding points."""
     return float(np.abs(as_complex(a - b)).mean())
+
+
+def _slid(points: Floats, forward: float) -> Floats:
+    """Return a midline slid along itself by a length, towards its first end."""
+    line = as_complex(points)
+    s = arc(line)
+    at = s - forward
+    slid = np.interp(at, s, line)
+    slid += np.minimum(at, 0.0) * (line[1] - line[0]) / max(s[1], 1e-9)
+    slid += np.maximum(at - s[-1], 0.0) * (line[-1] - line[-2]) / max(s[-1] - s[-2], 1e-9)
+    return as_points(slid)

@@ -15,7 +15,7 @@ from worm_tracker.trail import trail_of
 
 LEAST_WORTH = 0.75
 """What a midline that was carried backwards must be worth."""
-MOST_LOST = 0.1
+MOST_LOST = 0.04
 """How much less than the one after it may be worth."""
 MOST_FITS = 12
 """Pictures in which a body may be fitted that does not slide there: many would take too long."""

@@ -125,11 +125,12 @@ def continued(trail: Trail, beyond: int, width: float) -> Complex:
 
 def _onwards(stretch: Complex, step: float, count: int, width: float) -> Complex:
     """Return the points that follow on a stretch, on an arc of its curvature."""
-    at = step * np.arange(1 - len(stretch), 1)
-    powers = np.stack([np.ones_like(at), at, at**2], axis=1)
-    _, along, bend = np.linalg.lstsq(powers, stretch, rcond=None)[0]
+    pieces = np.diff(stretch)
+    heading = np.unwrap(np.angle(pieces))
+    at = step * (np.arange(len(pieces)) + 0.5 - len(pieces))  # 0 at the stretch's end
+    off = at - at.mean()
+    curvature = float(off @ heading) / float(off @ off)
     tight = 1 / (TIGHTEST * width)
-    curvature = 2 * float((along.conjugate() * bend).imag) / max(abs(along) ** 3, 1e-9)
     curvature = min(max(curvature, -tight), tight)
-    angle = float(np.angle(along)) + curvature * step * (np.arange(count) + 0.5)
+    angle = heading.mean() + curvature * (step * (np.arange(count) + 0.5) - at.mean())
     return np.asarray(stretch[-1] + np.cumsum(step * np.exp(1j * angle)), np.complex128)

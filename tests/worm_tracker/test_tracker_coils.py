@@ -1,0 +1,102 @@
+"""A worm that crosses itself, coils and backs out keeps its midline and its head."""
+
+import math
+
+import numpy as np
+import pytest
+from crawling_worm import FRAME_NS
+
+from worm_model.evaluation.distances import as_given_rms, resampled
+from worm_model.scenes import SCENES, Take
+from worm_msgs_py import Status
+from worm_tracker.outline import as_points
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.tracker import Tracker
+from worm_tracker.trail import Trail, continued, evenly, trail_of
+
+
+def filmed(scene, frames, first=0, px_per_mm=20.0):
+    """Return pictures and truth of a scene, from a frame on."""
+    shots = list(SCENES[scene](Take(px_per_mm=px_per_mm, frames=frames)))[first:]
+    return [shot.picture for shot in shots], [shot.truth for shot in shots]
+
+
+def tracked(pictures, **parameters):
+    tracker = Tracker(TrackerParameters(**parameters))
+    given = []
+    for frame, picture in enumerate(pictures):
+        given += tracker.push(picture, frame * FRAME_NS)
+        assert tracker.held <= tracker._parameters.hold_back_frames
+    return tracker, given + tracker.finish()
+
+
+def midline_errors(given, truth):
+    """Return the rms distance of each midline from the true one, head on head."""
+    errors = []
+    for one, true in zip(given, truth, strict=True):
+        found = resampled(np.stack([one.midline.u_px, one.midline.v_px], axis=1))
+        real = resampled(np.stack([true.midline_u_px, true.midline_v_px], axis=1))
+        errors.append(math.inf if found is None else as_given_rms(found, real))
+    return np.array(errors)
+
+
+def centroid_errors(given, truth):
+    return np.array(
+        [
+            math.hypot(
+                one.state.centroid.u_px - true.centroid_u_px,
+                one.state.centroid.v_px - true.centroid_v_px,
+            )
+            for one, true in zip(given, truth, strict=True)
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    ("scene", "frames", "px_per_mm"),
+    [("crossing", 95, 20.0), ("crossing_of_one_shade", 95, 20.0), ("coil", 190, 30.0)],
+)
+def test_midline_and_head_are_carried_through(scene, frames, px_per_mm):
+    """The first loop of the crossings opens at frame 87; the coil is closed half of the time."""
+    pictures, truth = filmed(scene, frames, px_per_mm=px_per_mm)
+    _, given = tracked(pictures)
+    assert {one.state.status for one in given} == {Status.TRACKED}
+    errors = midline_errors(given, truth)
+    assert np.median(errors) < 0.4
+    assert np.percentile(errors, 95) < 0.7
+    assert errors.max() < 2.5  # while a tip lies on the body, its length tells where it is
+    assert np.median(centroid_errors(given, truth)) < 0.3
+    assert max(centroid_errors(given, truth)) < 1.5
+
+
+def test_a_film_that_begins_with_a_loop_is_told_by_the_frames_after_it():
+    pictures, truth = filmed("crossing_of_one_shade", 110, first=68)
+    _, given = tracked(pictures)
+    assert {one.state.status for one in given} == {Status.TRACKED}
+    errors = midline_errors(given, truth)
+    assert np.median(errors) < 0.4
+    assert np.percentile(errors, 95) < 1.3
+
+
+def test_a_loop_waits_for_no_longer_than_it_may_and_its_centroid_is_that_of_its_pixels():
+    pictures, truth = filmed("crossing_of_one_shade", 80, first=68)
+    _, given = tracked(pictures, hold_back_frames=4)
+    assert {one.state.status for one in given} == {Status.COILED}
+    assert max(centroid_errors(given, truth)) < 0.5
+
+
+def test_a_trail_does_not_shrink_however_often_its_nodes_are_laid_anew():
+    """On a circle of two widths; straight pieces would cut half a pixel off it every time."""
+    radius, width = 16.0, 8.0
+    circle = radius * np.exp(1j * np.linspace(0, 4, 80))
+    trail = trail_of(as_points(circle), None, width)
+    for count in [60, 61] * 100:
+        trail = Trail(evenly(trail.curve, count))
+    assert np.abs(trail.curve) == pytest.approx(radius, abs=0.02)
+    assert trail.length == pytest.approx(4 * radius, abs=0.05)
+
+
+def test_a_trail_is_continued_on_its_own_circle():
+    radius, width = 16.0, 8.0
+    trail = trail_of(as_points(radius * np.exp(1j * np.linspace(0, 4, 80))), None, width)
+    assert np.abs(continued(trail, 10, width)) == pytest.approx(radius, abs=0.1)
