@@ -53,7 +53,7 @@ def test_a_body_cut_by_glare_is_joined_along_its_own_curve(phase, start, gap):
     (bridge,) = found.bridges
     real = wave(phase, np.linspace(0, 300, 2000))
     away = np.hypot(*(bridge[:, None] - real[None]).T).min(axis=0)
-    assert away.max() < 0.25 * WIDTH
+    assert away.max() < 0.35 * WIDTH
 
 
 def test_two_objects_are_not_joined_where_the_picture_can_tell():
