@@ -11,7 +11,7 @@ from simulated_passages import observables, passages
 
 from worm_model.boundary_walk import ReversalRule, WalkParameters
 from worm_model.comparison import ModelParameters
-from worm_model.forecast import Forecaster, direction_of
+from worm_model.forecast import QUANTILES, Forecaster, direction_of
 from worm_model.rig import Rig
 from worm_model.scoring import Scores
 from worm_model.trial_model import TrialModel
@@ -72,6 +72,29 @@ def test_quantiles_and_probabilities_are_in_order(theta, direction, contact):
     assert law.within(forecast.high_s) >= 0.95 - 1e-3
 
 
+@settings(max_examples=40)
+@given(
+    st.sampled_from(
+        [
+            FORECASTER,
+            Forecaster(replace(PAPER, rule=ReversalRule.RATE, reversal=0.02, speed_mm_s=1.0), ()),
+            Forecaster(replace(PAPER, mean_slide_mm=0.5, mean_hop_mm=0.3, reversal=0.1), ()),
+        ]
+    ),
+    st.floats(0.1, 2 * pi - 0.1),
+    st.sampled_from([-1.0, 1.0]),
+    st.booleans(),
+)
+def test_what_is_told_is_the_exact_law_to_two_parts_in_a_thousand(forecaster, theta, way, contact):
+    forecast, law = forecaster(observables(theta, way, contact))
+    quantiles_s = forecast.low_s, forecast.median_s, forecast.high_s
+    for probability, told_s in zip(QUANTILES, quantiles_s, strict=True):
+        around = law.within([max(told_s - 0.02, 0.0), told_s + 0.02])
+        assert around[0] - 2e-3 <= probability <= around[1] + 2e-3
+    exact = law.within([10.0, 30.0, 60.0])
+    assert told(forecast)[3:] == pytest.approx(exact.tolist(), abs=2e-3)
+
+
 def test_a_head_that_slides_to_the_exit_finds_it_sooner_than_one_that_slides_away():
     near = 0.5 * PAPER.exit_arc_mm / 10.0 + 0.1  # 1 mm of wall before the exit
     to, away = (FORECASTER(observables(near, direction, True))[0] for direction in (-1.0, 1.0))
@@ -83,7 +106,7 @@ def test_a_head_that_slides_to_the_exit_finds_it_sooner_than_one_that_slides_awa
 def test_a_head_on_the_part_of_the_exits_arc_that_is_wall_is_taken_to_be_at_its_edge():
     """w_s is wider than W."""
     inwards, outwards = (FORECASTER(observables(0.08, d, True))[0] for d in (-1.0, 1.0))
-    assert told(inwards)[:3] == pytest.approx([0.0] * 3, abs=1e-6)
+    assert told(inwards)[:3] == pytest.approx([0.0] * 3, abs=1e-3)
     assert inwards.within_10_s == pytest.approx(1.0)
     assert outwards.median_s > 1.0
 

@@ -3,10 +3,9 @@
 from dataclasses import replace
 from math import copysign, isfinite, nan, pi, remainder
 
-import numpy as np
-
 from worm_model.boundary_walk import WalkParameters
 from worm_model.first_passage import FirstPassage, SolvedWalk
+from worm_model.quick_law import QuickLaw
 from worm_model.scoring import HORIZONS_S
 from worm_model.walk_state import Direction, Phase, WalkState
 from worm_msgs_py import Forecast, Observables, Where
@@ -29,6 +28,7 @@ class Forecaster:
 
     def __init__(self, walk: WalkParameters, measured: tuple[tuple[str, bool], ...]):
         self._solved = SolvedWalk(walk)
+        self._quick = QuickLaw(self._solved, HORIZONS_S[-1], QUANTILES[-1])
         self._measured = measured
         self.mean_s = self._solved.first_passage().mean_s
 
@@ -43,7 +43,7 @@ class Forecaster:
         return self._measured
 
     def __call__(self, observables: Observables) -> tuple[Forecast, FirstPassage | None]:
-        """Return the forecast of a frame, and the law of the time that is left.
+        """Return the forecast of a frame, and the exact law of the time that is left.
 
         There is none (NaN, None) where the head is not in a chamber, or in its exit, or where its
         direction or its contact cannot be told.
@@ -62,9 +62,7 @@ class Forecaster:
         state = self.state(observables.theta_h_rad, direction, contact)
         if observables.where not in _CHAMBERS or state is None:
             return forecast, None
-        law = self._solved.forecast(state)
-        low, median, high = (law.quantile(probability) for probability in QUANTILES)
-        within = law.within(np.array(HORIZONS_S)).tolist()
+        (low, median, high), within = self._quick(state, QUANTILES, HORIZONS_S)
         told = replace(
             forecast,
             median_s=median,
@@ -74,7 +72,7 @@ class Forecaster:
             within_30_s=within[1],
             within_60_s=within[2],
         )
-        return told, law
+        return told, self._solved.forecast(state)
 
     def state(self, theta_rad: float, direction: float, contact: float) -> WalkState | None:
         """Return the state of the walk; None where something of it is not known.
