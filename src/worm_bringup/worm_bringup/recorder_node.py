@@ -111,7 +111,9 @@ class RecorderNode(WormNode):
                 convert.observables_from_msg(msg)
             ),
             topics.ANALYSIS_EVENTS: lambda msg: recording.add_events(convert.events_from_msg(msg)),
-            topics.CHAMBER_GEOMETRY: keep("geometry", convert.geometry_from_msg),
+            topics.CHAMBER_GEOMETRY: lambda msg: trial.take_geometry(
+                convert.geometry_from_msg(msg)
+            ),
             topics.ANALYSIS_SUMMARY: keep("quantities", convert.quantities_from_msg),
             topics.ANALYSIS_CORRELATION: keep("correlation", convert.correlation_from_msg),
             topics.MODEL_COMPARISON: keep("comparison", convert.comparison_from_msg),

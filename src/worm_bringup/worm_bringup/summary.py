@@ -17,10 +17,17 @@ class Trial:
     frames_read: int = 0
     statuses: dict[str, int] = field(default_factory=dict)
     geometry: Geometry | None = None
+    earlier_geometries: list[Geometry] = field(default_factory=list)
     quantities: tuple[Quantity, ...] = ()
     correlation: Correlation | None = None
     comparison: Comparison | None = None
     model_correlation: Correlation | None = None
+
+    def take_geometry(self, geometry: Geometry) -> None:
+        """Take a version of the rig; the frames before its stamp rest on the one before it."""
+        if self.geometry is not None:
+            self.earlier_geometries.append(self.geometry)
+        self.geometry = geometry
 
 
 def build_summary(trial: Trial, provenance: Mapping[str, Any]) -> dict[str, Any]:
@@ -28,6 +35,10 @@ def build_summary(trial: Trial, provenance: Mapping[str, Any]) -> dict[str, Any]
     summary = {
         "quantities": {quantity.name: _quantity(quantity) for quantity in trial.quantities},
         "geometry": _geometry(trial.geometry),
+        "earlier_geometries": [
+            {"version": old.version, "stamp_ns": old.stamp_ns} | _geometry(old)
+            for old in trial.earlier_geometries
+        ],
         "frames": {"read": trial.frames_read, "tracked": 0}
         | dict(sorted(trial.statuses.items(), key=lambda item: item[0])),
         "correlation": _correlation(trial.correlation),
@@ -80,6 +91,7 @@ def _chamber(chamber: Chamber) -> dict[str, float]:
         "exit_deg": math.degrees(chamber.exit_rad),
         "exit_sd_deg": math.degrees(chamber.exit_sd_rad),
         "exit_width_mm": chamber.exit_width_m * 1e3,
+        "exit_width_sd_mm": chamber.exit_width_sd_m * 1e3,
         "px_per_mm": chamber.px_per_m / 1e3,
         "residual_px": chamber.residual_px,
     }

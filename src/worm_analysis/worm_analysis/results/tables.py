@@ -249,6 +249,7 @@ def _chamber(name: str, entry: Mapping[str, Any]) -> Chamber:
         centre_sd_px=_number(entry.get("centre_sd_px")),
         radius_sd_px=_number(entry.get("radius_sd_px")),
         exit_sd_rad=radians(_number(entry.get("exit_sd_deg"))),
+        exit_width_sd_m=_number(entry.get("exit_width_sd_mm")) * 1e-3,
     )
 
 
