@@ -224,7 +224,8 @@ def _of_a_depth_that_is_read(picture: NDArray[Any], path: Path) -> Picture:
 def _grey(picture: NDArray[Any]) -> Picture:
     if picture.ndim == 2:
         return picture
-    return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY))
+    grey: Picture = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)  # type: ignore[assignment]
+    return grey
 
 
 def _message(picture: Picture, stamp_ns: int, jpeg_quality: int | None) -> bytes:
