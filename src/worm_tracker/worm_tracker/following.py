@@ -38,14 +38,9 @@ MIN_OVERLAP = 0.7
 SETTLED_FRAMES, SAME_LENGTH, SURE = 10, 0.035, 0.85
 """Midlines learned from, log of the length over the known one, and confidence from which all of the
 worm is taken to have been seen."""
-<<<<<<< HEAD
 LOOP, ENTIRE = 20.0, 0.9
 """Hole, in squared widths, that may be that of a loop rather than of a bubble, and least agreement
 for a midline of a part cut out of it, where nothing is known of the worm yet."""
-=======
-ENTIRE = 0.9
-"""Least agreement for a midline of a part cut out, where nothing is known of the worm yet."""
->>>>>>> c9cc12d5937a2b91865ac2428b7d9c08002e9d43
 SMALL, LARGE = 0.35, 2.2
 """Areas, relative to the worm's, that are not the worm."""
 
@@ -157,11 +152,7 @@ class Follower:
         fine = None
         for view in views(sight, known, self._finder.body):
             fine = self._outlined(view)
-<<<<<<< HEAD
             if known is None and view is not sight and _is_loop(fine, sight, view):
-=======
-            if known is None and view is not sight and not _entirely(fine, view):
->>>>>>> c9cc12d5937a2b91865ac2428b7d9c08002e9d43
                 continue  # a loop that was cut open, rather than what hangs on to the worm
             if fine is not None and self._continues(fine):
                 if known is None or sight.joined is None:
@@ -262,18 +253,12 @@ def _coiled(sight: Sight) -> Observation:
     return Observation(Status.COILED, *centroid_of(sight))
 
 
-<<<<<<< HEAD
 def _is_loop(fine: Fine | None, sight: Sight, view: Sight) -> bool:
     """Tell whether what was cut out is a part of a loop: of a wide one, and not well explained."""
     if fine is None:
         return False
     wide = sight.blob.hole_area > LOOP * mean_width(fine.widths) ** 2
     return wide and _agreement(fine, view.blob) < ENTIRE
-=======
-def _entirely(fine: Fine | None, view: Sight) -> bool:
-    """Tell whether a midline explains all of what was cut out."""
-    return fine is not None and _agreement(fine, view.blob) >= ENTIRE
->>>>>>> c9cc12d5937a2b91865ac2428b7d9c08002e9d43
 
 
 def _agreement(fine: Fine, blob: Blob) -> float:
