@@ -31,6 +31,8 @@ ACTIVITY_FRAMES = 100.0
 """Memory of the liveliness."""
 CERTAIN_ODDS = 3.0
 """Beyond this (95 %) the head is taken as decided."""
+NEARLY_A_LEAP = 0.85
+"""Part of the farthest way of an end from which on it casts doubt on the link."""
 LEAP_RELIABILITY = 0.75
 """The most that a link with such a leap is trusted: the certainty falls, whatever it was."""
 SLIGHT_ODDS = 0.01
@@ -325,7 +327,7 @@ class HeadTail:
         line = as_complex(self._last)
         far = max(LEAP_WIDTHS * width, LEAP_LENGTHS * float(np.abs(line[1:] - line[:-1]).sum()))
         moved = np.abs(as_complex(points[[0, -1]]) - line[[0, -1]])
-        return float(moved.max()) > far * self._gap
+        return float(moved.max()) > NEARLY_A_LEAP * far * self._gap
 
     def _weigh(self, points: Floats, last: Floats, trust: float) -> None:
         """Add what the motion between two midlines says, as far as their link is trusted."""
