@@ -11,10 +11,13 @@ from simulated_passages import observables, passages
 
 from worm_model.boundary_walk import ReversalRule, WalkParameters
 from worm_model.comparison import ModelParameters
+from worm_model.first_passage import SolvedWalk
 from worm_model.forecast import QUANTILES, Forecaster, direction_of
+from worm_model.quick_law import QuickLaw
 from worm_model.rig import Rig
 from worm_model.scoring import Scores
 from worm_model.trial_model import TrialModel
+from worm_model.walk_state import Direction, Phase, WalkState
 from worm_msgs_py import Attempt, Episode, EpisodeKind, Observables, Quantity, Visit, Where
 
 PAPER = WalkParameters()
@@ -93,6 +96,17 @@ def test_what_is_told_is_the_exact_law_to_two_parts_in_a_thousand(forecaster, th
         assert around[0] - 2e-3 <= probability <= around[1] + 2e-3
     exact = law.within([10.0, 30.0, 60.0])
     assert told(forecast)[3:] == pytest.approx(exact.tolist(), abs=2e-3)
+
+
+def test_a_quantile_beyond_the_longest_time_is_that_of_the_exact_law():
+    """Hops fly over the exit and slides are short: from there it takes far longer than anywhere."""
+    walk = replace(PAPER, mean_slide_mm=0.05, mean_hop_mm=5.0, hop_may_land=False, reversal=0.4)
+    solved = SolvedWalk(walk)
+    quick = QuickLaw(solved, 60.0)
+    state = WalkState(2.0, Direction.COUNTER_CLOCKWISE, Phase.HOP)
+    for probability in (0.95, 0.99, 0.999):
+        ((told_s,), _) = quick(state, [probability], [])
+        assert solved.forecast(state).within(told_s) == pytest.approx(probability, abs=1e-3)
 
 
 def test_a_head_that_slides_to_the_exit_finds_it_sooner_than_one_that_slides_away():

@@ -28,7 +28,7 @@ class Forecaster:
 
     def __init__(self, walk: WalkParameters, measured: tuple[tuple[str, bool], ...]):
         self._solved = SolvedWalk(walk)
-        self._quick = QuickLaw(self._solved, HORIZONS_S[-1], QUANTILES[-1])
+        self._quick = QuickLaw(self._solved, HORIZONS_S[-1])
         self._measured = measured
         self.mean_s = self._solved.first_passage().mean_s
 
