@@ -44,6 +44,8 @@ SETTLE_AROUND = 6.0
 """How far around the worm that is done, in widths."""
 SLIGHT = 3.5
 """Change, over the noise, that is taken at once where there is dirt in the background already."""
+HANGS_ON = 1.1
+"""Area over the known one below which all of the object is the worm."""
 NEAR_END = 2.0
 """How far around its ends nothing is taken for dirt, in widths."""
 ENTIRE = 0.95
@@ -309,6 +311,8 @@ class Finder:
         cv2.bitwise_and(signal, self._arena[window], dst=signal)
         signal = smoothed(signal)
         worm, ends = self._body_in(body, window)
+        if blob.area < HANGS_ON * self._area:  # in a sharp bend a midline cuts the corner
+            cv2.bitwise_or(worm, draw_blob(blob, window, HIDE_PX), dst=worm)
         least = slight if dim else level
         _, gone = cv2.threshold(cv2.subtract(now, ground), least, 255, cv2.THRESH_BINARY)
         _, there = cv2.threshold(signal, least, 255, cv2.THRESH_BINARY)

@@ -38,6 +38,9 @@ MIN_OVERLAP = 0.7
 SETTLED_FRAMES, SAME_LENGTH, SURE = 10, 0.035, 0.85
 """Midlines learned from, log of the length over the known one, and confidence from which all of the
 worm is taken to have been seen."""
+SHORTEST = 0.92
+"""Length, over the known one, below which what was cut out is only a part of the worm: its stroke
+shortens it by less."""
 LOOP, ENTIRE = 20.0, 0.9
 """Hole, in squared widths, that may be that of a loop rather than of a bubble, and least agreement
 for a midline of a part cut out of it, where nothing is known of the worm yet."""
@@ -154,6 +157,8 @@ class Follower:
             fine = self._outlined(view)
             if known is None and view is not sight and _is_loop(fine, sight, view):
                 continue  # a loop that was cut open, rather than what hangs on to the worm
+            if known is not None and view is not sight and _lacks(fine, known):
+                continue  # a part of the worm was cut off, rather than what hangs on to it
             if fine is not None and self._continues(fine):
                 if known is None or sight.joined is None:
                     self._learn(fine, view.blob)
@@ -259,6 +264,11 @@ def _is_loop(fine: Fine | None, sight: Sight, view: Sight) -> bool:
         return False
     wide = sight.blob.hole_area > LOOP * mean_width(fine.widths) ** 2
     return wide and _agreement(fine, view.blob) < ENTIRE
+
+
+def _lacks(fine: Fine | None, known: Known) -> bool:
+    """Tell whether a midline is too short to be that of all of the worm."""
+    return fine is not None and length_of(fine.points) < SHORTEST * known.length
 
 
 def _agreement(fine: Fine, blob: Blob) -> float:
