@@ -22,6 +22,7 @@ from worm_analysis.statistics import (
     fraction,
     merged_excursion_factor,
     peak_positions,
+    per_true_cycle,
     poisson_rate,
     unmerged_means,
 )
@@ -164,8 +165,8 @@ def _recipes(pool: Pool) -> list[_Recipe]:
                 "frames with a speed and a body angle"),
         _Recipe("theta_dot_incidence_correlation", "1", ("theta_dot_incidence",), first, _pearson,
                 "contacts with an incidence and a speed after it"),
-        _Recipe("reversal_per_cycle", "1", ("reversal_per_cycle",), second, _ratio,
-                "pairs of cycles", lambda s: fraction(round(s[0]), round(s[1]))),
+        _Recipe("reversal_per_cycle", "1", ("reversal_per_cycle", *episodes, "whole_episodes"),
+                second, _reversals, "pairs of cycles", _reversals_interval),
         _Recipe("tau_h", "s", ("tau_h",), first, lambda s: _over(s[:, 1], s[:, 0]),
                 "findings of the exit after a contact",
                 lambda s: exponential_mean(round(s[0]), float(s[1]))),
@@ -237,6 +238,35 @@ def _scaled_mean(which: int, row: Floats) -> Estimate:
     value, low, high = exponential_mean(round(row[2 * which]), float(row[2 * which + 1]))
     scale = _true_means(row)[which] / value
     return value * scale, low * scale, high * scale
+
+
+def _cycles_in_one(row: Floats) -> float:
+    """Return how many true cycles an observed one holds, as `episode_quantities` does."""
+    true = _true_means(row[2:8])
+    n_c, whole_c, n_nc, whole_nc = row[8:]
+    if not (n_c > 0 and n_nc > 0 and isfinite(true[0]) and true[0] + true[1] > 0):
+        return 1.0
+    return max(1.0, float(whole_c / n_c + whole_nc / n_nc) / (true[0] + true[1]))
+
+
+def _reversals(sums: Floats) -> Floats:
+    observed = _ratio(sums)
+    return np.array(
+        [
+            per_true_cycle(seen, _cycles_in_one(row))
+            for seen, row in zip(observed, sums, strict=True)
+        ]
+    )
+
+
+def _reversals_interval(row: Floats) -> Estimate:
+    cycles = _cycles_in_one(row)
+    value, low, high = fraction(round(row[0]), round(row[1]))
+    return (
+        per_true_cycle(value, cycles),
+        per_true_cycle(low, cycles),
+        per_true_cycle(high, cycles),
+    )
 
 
 def _depth(sums: Floats) -> Floats:

@@ -172,6 +172,14 @@ def _episodes(results: Results, motion: WallMotion) -> Parts:
         events[name] = lengths[chosen & complete]
         events[f"{name}_limit"] = np.full(len(events[name]), cut)
     sums["reversal_per_cycle"] = np.array(motion.reversals, dtype=float)
+    sums["whole_episodes"] = np.array(
+        [
+            part
+            for chosen in (touching, ~touching)
+            for part in ((chosen & complete).sum(), distance[chosen & begun].sum())
+        ],
+        dtype=float,
+    )
     x, y = motion.collisions.T
     sums["theta_dot_incidence"] = np.array(
         [len(x), x.sum(), y.sum(), (x * x).sum(), (y * y).sum(), (x * y).sum()]

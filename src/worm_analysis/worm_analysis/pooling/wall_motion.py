@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from worm_analysis.results import Floats, Results
+from worm_analysis.speed_law import FULL
 
 MAX_GAP_S, MEAN_WINDOW_S, THETA_DOT_WINDOW_S = 0.5, 12.0, 1.0
 LONGEST_SEARCH_S = 60.0
 SHORTEST_SEARCH_S = 5.0
-FULL = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -69,7 +69,7 @@ def wall_motion(results: Results) -> WallMotion:
     return WallMotion(
         interval_s=interval_s,
         observed_s=float(step_s[joined].sum()),
-        windows=_means(results, (stretch, _windows(results, window_s)), FULL * window_s),
+        windows=_windows(results, stretch, window_s),
         searches=_means(results, (visit, t_s // LONGEST_SEARCH_S), SHORTEST_SEARCH_S),
         reversals=_reversals(results),
         collisions=_collisions(results, stretch, after_s),
@@ -81,12 +81,30 @@ def _visit_starts(results: Results) -> Any:
     return np.sort(passages["start_ns"][passages["record"] == "visit"])
 
 
-def _windows(results: Results, window_s: float) -> Any:
-    """Return the number of each frame's window; the first begins where both means can be had."""
-    tracks, t_s = results.tracks, results.t_s
-    known = np.isfinite(tracks["v_b_mm_s"]) & np.isfinite(tracks["psi_b_deg"])
-    start_s = t_s[np.argmax(known)] if known.any() else 0.0
-    return (t_s - start_s + 1e-9) // window_s
+def _windows(results: Results, stretch: Any, window_s: float) -> Means:
+    """Return the means of `speed_law.SpeedLaw`: sides of the normal averaged apart.
+
+    ⟨ψ_b⟩ is the angle whose sine is the mean of both sides' sines.
+    """
+    tracks = results.tracks
+    v, psi = tracks["v_b_mm_s"], np.radians(tracks["psi_b_deg"])
+    rows = np.flatnonzero(np.isfinite(v) & np.isfinite(psi) & (stretch >= 0))
+    if not len(rows):
+        return Means(np.empty(0), np.empty(0))
+    t_s, piece = results.t_s[rows], stretch[rows]
+    begun, length = np.unique(piece, return_index=True, return_counts=True)[1:]
+    window = (t_s - np.repeat(t_s[begun], length) + 1e-9) // window_s
+    starts = np.r_[0, np.flatnonzero((np.diff(piece) != 0) | (np.diff(window) != 0)) + 1]
+    ends = np.r_[starts[1:], len(rows)]
+    left = psi[rows] > 0
+    sine = np.zeros(len(starts))
+    for side in (left, ~left):
+        count = np.add.reduceat(side.astype(np.float64), starts)
+        angle = np.add.reduceat(psi[rows] * side, starts) / np.maximum(count, 1.0)
+        sine += count * np.sin(angle) / (ends - starts)
+    mean_v = np.add.reduceat(v[rows], starts) / (ends - starts)
+    full = t_s[ends - 1] - t_s[starts] >= FULL * window_s
+    return Means(np.degrees(np.arcsin(np.clip(sine, -1.0, 1.0)))[full], mean_v[full])
 
 
 def _means(results: Results, keys: tuple[Any, Any], shortest_s: float) -> Means:
@@ -103,7 +121,7 @@ def _means(results: Results, keys: tuple[Any, Any], shortest_s: float) -> Means:
     t_s = results.t_s[rows]
     long = t_s[ends - 1] - t_s[starts] >= shortest_s
     count = ends - starts
-    # As in the trial's own v_w: the mean of the angle from that of the first frame.
+    # The mean of an angle is taken from that of the first frame.
     first_psi = psi[rows][starts]
     away = np.remainder(psi[rows] - np.repeat(first_psi, count) + np.pi, 2 * np.pi) - np.pi
     mean_psi = first_psi + np.add.reduceat(away, starts) / count
