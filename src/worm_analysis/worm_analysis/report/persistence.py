@@ -1,5 +1,6 @@
 """Fig. 7a: how long the worm keeps its direction along the wall."""
 
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ from worm_analysis.results import Floats
 PAPER_T_PER_S = 27.0
 FEWEST_PAIRS = 100
 SMALLEST_PART = 0.25
+WIDE = 44
+"""Letters in a line of a panel."""
 READING = (
     "<i>C</i><sub>θ</sub>(<i>t</i>) = ⟨sgn θ̇<sub>h</sub>(<i>t</i> + <i>t</i><sub>0</sub>) · "
     "sgn θ̇<sub>h</sub>(<i>t</i><sub>0</sub>)⟩ over all <i>t</i><sub>0</sub> in one unbroken "
@@ -81,7 +84,7 @@ def persistence(evidence: Evidence) -> Panel:
     axes.set_ylabel(r"$C_\theta(t)$")
     figure.legend(loc="outside upper center", ncols=2, title=n, title_fontsize=7.0)
     if t_per.value is None:
-        say_n(axes, "no fit:\n" + t_per.why, x=0.03, y=0.03)
+        say_n(axes, "no fit:\n" + fill(t_per.why, WIDE), x=0.03, y=0.03)
     alt = (
         f"Correlation of the direction of motion with itself, {n}, t_per {with_interval(t_per)} s."
     )

@@ -120,7 +120,7 @@ class Results:
         for quantity in self.quantities:
             if quantity.name == name:
                 return quantity
-        return Quantity(name, None, why="not in summary.json")
+        return Quantity(name, None, why="not a measured quantity of this trial")
 
 
 def read_results(directory: Path) -> Results:
