@@ -148,14 +148,6 @@ class WalkResult:
         """Skips per passage."""
         return _mean(self.skips.astype(np.float64))
 
-    def skips_per_second(self) -> Estimate:
-        """Skips per time spent searching: a ratio of means, its interval by linearisation."""
-        total = float(self.tau_h_s.mean())
-        rate = float(self.skips.mean()) / total
-        spread = float(np.std(self.skips - rate * self.tau_h_s, ddof=1)) / total
-        half = CONFIDENCE_95 * spread / sqrt(len(self.tau_h_s))
-        return Estimate(rate, rate - half, rate + half)
-
 
 def simulate(
     parameters: WalkParameters,
