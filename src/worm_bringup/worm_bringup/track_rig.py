@@ -1,15 +1,14 @@
 """The rig that a table of tracks was made in, and the way from its coordinates to the chambers'."""
 
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import isfinite, nan, radians
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_analysis.results import chamber_of
 from worm_bringup.track_table import POINTS, Floats, Rows
 from worm_msgs_py import Chamber, Geometry, Status, Where
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
@@ -259,7 +258,7 @@ def rig_of_summary(summary_path: Path) -> TableRig | None:
     """
     try:
         entries = json.loads(summary_path.read_text(encoding="utf-8"))["geometry"]
-        chambers = tuple(_chamber(name, entry) for name, entry in entries.items())
+        chambers = tuple(chamber_of(name, entry) for name, entry in entries.items())
         if not chambers:
             return None
         first, entry = chambers[0], next(iter(entries.values()))
@@ -278,26 +277,3 @@ def rig_of_summary(summary_path: Path) -> TableRig | None:
         return rig
     depth_m, length_m = rig.depth_mm / MM, rig.passage_length_mm / MM
     return replace(rig, known=Geometry(1, 0, 0, 0, chambers, depth_m, length_m))
-
-
-def _chamber(name: str, entry: Mapping[str, Any]) -> Chamber:
-    radius_mm = entry.get("radius_mm")
-    if radius_mm is None:
-        radius_mm = entry["radius_px"] / entry["px_per_mm"]
-    return Chamber(
-        name=name,
-        centre_u_px=_number(entry["centre_u_px"]),
-        centre_v_px=_number(entry["centre_v_px"]),
-        radius_px=_number(entry["radius_px"]),
-        exit_rad=radians(_number(entry["exit_deg"])),
-        radius_m=float(radius_mm) / MM,
-        exit_width_m=_number(entry["exit_width_mm"]) / MM,
-        residual_px=_number(entry.get("residual_px")),
-        centre_sd_px=_number(entry.get("centre_sd_px")),
-        radius_sd_px=_number(entry.get("radius_sd_px")),
-        exit_sd_rad=radians(_number(entry.get("exit_sd_deg"))),
-    )
-
-
-def _number(value: Any) -> float:
-    return nan if value is None else float(value)

@@ -160,7 +160,7 @@ def _assemble(tables: list[Columns], summary: Mapping[str, Any]) -> Results:
         contacts=tables[1],
         passages=tables[2],
         quantities=tuple(_quantity(name, entry) for name, entry in summary["quantities"].items()),
-        chambers=tuple(_chamber(name, entry) for name, entry in summary["geometry"].items()),
+        chambers=tuple(chamber_of(name, entry) for name, entry in summary["geometry"].items()),
         correlation=_correlation(correlation) if correlation else None,
         model_correlation=_correlation(walk) if walk else None,
         comparison=_comparison(model) if model else None,
@@ -236,20 +236,21 @@ def _quantity(name: str, entry: Mapping[str, Any]) -> Quantity:
     )
 
 
-def _chamber(name: str, entry: Mapping[str, Any]) -> Chamber:
+def chamber_of(name: str, entry: Mapping[str, Any]) -> Chamber:
+    """Return a chamber from its entry in `summary.json`; KeyError where its circle is missing."""
     return Chamber(
         name=name,
         centre_u_px=_number(entry["centre_u_px"]),
         centre_v_px=_number(entry["centre_v_px"]),
         radius_px=_number(entry["radius_px"]),
         exit_rad=radians(_number(entry["exit_deg"])),
-        radius_m=_radius_mm(entry) * 1e-3,
-        exit_width_m=_number(entry.get("exit_width_mm")) * 1e-3,
+        radius_m=_radius_mm(entry) / 1e3,
+        exit_width_m=_number(entry.get("exit_width_mm")) / 1e3,
         residual_px=_number(entry.get("residual_px")),
         centre_sd_px=_number(entry.get("centre_sd_px")),
         radius_sd_px=_number(entry.get("radius_sd_px")),
         exit_sd_rad=radians(_number(entry.get("exit_sd_deg"))),
-        exit_width_sd_m=_number(entry.get("exit_width_sd_mm")) * 1e-3,
+        exit_width_sd_m=_number(entry.get("exit_width_sd_mm")) / 1e3,
     )
 
 
