@@ -19,7 +19,7 @@ from worm_bringup.tables import track_row
 from worm_model.evaluation import Circle, Evaluation, evaluate, record_of
 from worm_model.scenes import SCENES, Take
 from worm_msgs_py import Geometry, TrackedFrame
-from worm_tracker.errors import TrackerError
+from worm_msgs_py.errors import TrackerError
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 

@@ -8,9 +8,9 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
 
 from worm_msgs_py import BodyState, convert, topics
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.qos import FLOW, IMAGE_REPLAY
-from worm_tracker.errors import BadInput
 from worm_tracker.pictures import PictureDecoder
 
 

@@ -15,8 +15,8 @@ from worm_bringup import processes
 from worm_bringup.graph import run_in_process
 from worm_bringup.node_spec import NodeSpec
 from worm_bringup.processes import run_in_processes
+from worm_msgs_py.errors import BadInput
 from worm_tracker.bag_repair import repair
-from worm_tracker.errors import BadInput
 
 WAYS = [
     pytest.param(run_in_process, id="one process"),

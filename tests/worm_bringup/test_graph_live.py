@@ -16,9 +16,9 @@ from worm_bringup.graph import run_in_process
 from worm_bringup.node_spec import NodeSpec
 from worm_bringup.processes import run_in_processes
 from worm_msgs_py import topics
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.qos import IMAGE_LIVE, RESULT
 from worm_tracker.camera_node import CameraNode
-from worm_tracker.errors import BadInput
 from worm_tracker.pictures import PictureDecoder
 from worm_tracker.source_node import spin_source
 

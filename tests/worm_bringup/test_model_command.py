@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from worm_bringup.cli.app import app
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 
 def run(*arguments):

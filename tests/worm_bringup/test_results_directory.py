@@ -4,7 +4,7 @@ import pytest
 
 from worm_bringup.provenance import bag_hash
 from worm_bringup.results_directory import results_directory
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 
 def test_results_appear_whole(tmp_path):

@@ -26,10 +26,10 @@ from picture_bags import (
 )
 from rosbags.rosbag2 import StoragePlugin
 
+from worm_msgs_py.errors import BadInput
 from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.bag_repair import repair
 from worm_tracker.cdr import stamp_of, with_stamp
-from worm_tracker.errors import BadInput
 from worm_tracker.pictures import PictureDecoder
 
 

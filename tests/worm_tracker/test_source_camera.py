@@ -15,10 +15,10 @@ from mjpeg_server import jpeg_picture, mjpeg_server, number_in
 from picture_bags import START_NS, TYPESTORE, image, numbered_picture, serialised, storage_file
 from rosbags.rosbag2 import Reader
 
+from worm_msgs_py.errors import BadInput
 from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.bag_repair import repair
 from worm_tracker.camera import Camera, without_password
-from worm_tracker.errors import BadInput
 from worm_tracker.picture_recorder import PictureRecorder
 from worm_tracker.pictures import IMAGE_TYPE
 

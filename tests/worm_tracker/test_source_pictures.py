@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sensor_msgs.msg import CompressedImage, Image
 
-from worm_tracker.errors import BadInput, BadPicture
+from worm_msgs_py.errors import BadInput, BadPicture
 from worm_tracker.pictures import PictureDecoder
 
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
+from worm_msgs_py.errors import BadInput
 from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.errors import BadInput
 from worm_tracker.pictures import COMPRESSED_TYPE, PictureDecoder
 from worm_tracker.video_import import import_film, open_film
 

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from worm_model.rig import Optics, Rig, draw
+from worm_msgs_py.errors import NoChamberFound, TrackerError
 from worm_tracker.calibration import calibrate
-from worm_tracker.errors import NoChamberFound, TrackerError
 from worm_tracker.parameters import TrackerParameters
 
 

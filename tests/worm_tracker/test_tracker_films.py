@@ -21,7 +21,7 @@ from crawling_worm import (
 
 from worm_model.rig import Rig, draw, truth_of
 from worm_msgs_py import Status, Where
-from worm_tracker.errors import NoChamberFound
+from worm_msgs_py.errors import NoChamberFound
 from worm_tracker.parameters import Polarity, TrackerParameters
 from worm_tracker.tracker import Tracker
 

@@ -32,8 +32,8 @@ from threadpoolctl import threadpool_limits
 
 from worm_bringup.isolation import keep_freed_memory
 from worm_bringup.node_spec import NodeSpec
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.running import TICK_S
-from worm_tracker.errors import BadInput
 from worm_tracker.source_node import SourceNode, spin_source, until_stopped
 
 MATCH_TIMEOUT_S = 20.0

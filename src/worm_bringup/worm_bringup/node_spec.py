@@ -12,7 +12,7 @@ from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 
 @dataclass(frozen=True)

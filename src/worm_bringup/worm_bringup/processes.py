@@ -18,8 +18,8 @@ from typing import Any
 from worm_bringup.graph import Progress, RunResult
 from worm_bringup.isolation import free_domain
 from worm_bringup.node_spec import NodeSpec
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.running import TICK_S, stop_on_signals
-from worm_tracker.errors import BadInput
 
 _END_S = 0.5
 """What a process is given to end by itself, and then again to heed SIGTERM."""

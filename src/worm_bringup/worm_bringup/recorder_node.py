@@ -15,12 +15,12 @@ from std_msgs.msg import UInt64
 from worm_bringup.recording import Recording
 from worm_bringup.result_bag import ResultBag
 from worm_msgs_py import convert, topics
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import read_announcement
 from worm_msgs_py.qos import FLOW
 from worm_msgs_py.running import run_alone
 from worm_msgs_py.worm_node import WormNode
-from worm_tracker.errors import BadInput
 
 
 class RecorderNode(WormNode):
@@ -46,7 +46,9 @@ class RecorderNode(WormNode):
         out = _empty_directory(self.read_parameter("out", "", "an existing, empty directory"))
         self._expected = set(
             self.read_parameter(
-                "expect", ["tracker", "analysis", "model"], "nodes that announce their end"
+                "expect",
+                ["image_source", "tracker", "analysis", "model"],
+                "nodes that announce their end",
             )
         )
         self._provenance = json.loads(
@@ -118,6 +120,9 @@ class RecorderNode(WormNode):
             topics.ANALYSIS_CORRELATION: keep("correlation", convert.correlation_from_msg),
             topics.MODEL_COMPARISON: keep("comparison", convert.comparison_from_msg),
             topics.MODEL_CORRELATION: keep("model_correlation", convert.correlation_from_msg),
+            topics.SOURCE_EVENTS: lambda msg: trial.source_events.extend(
+                convert.source_events_from_msg(msg)
+            ),
         }
 
     def _take(self, topic: str, kind: type, data: bytes) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 _OURS = {
     "tracks.parquet",

@@ -7,7 +7,15 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from worm_msgs_py import Chamber, Comparison, Correlation, Geometry, Quantity
+from worm_msgs_py import (
+    Chamber,
+    Comparison,
+    Correlation,
+    Geometry,
+    Quantity,
+    SourceEvent,
+    SourceEventKind,
+)
 
 
 @dataclass
@@ -22,6 +30,13 @@ class Trial:
     correlation: Correlation | None = None
     comparison: Comparison | None = None
     model_correlation: Correlation | None = None
+    source_events: list[SourceEvent] = field(default_factory=list)
+
+    @property
+    def why_not_whole(self) -> str:
+        """Why the source ended before its time; empty where the trial is whole."""
+        early = (e.why for e in self.source_events if e.kind is SourceEventKind.ENDED_EARLY)
+        return next(early, "")
 
     def take_geometry(self, geometry: Geometry) -> None:
         """Take a version of the rig; the frames before its stamp rest on the one before it."""
@@ -44,8 +59,11 @@ def build_summary(trial: Trial, provenance: Mapping[str, Any]) -> dict[str, Any]
         "correlation": _correlation(trial.correlation),
         "model": _model(trial.comparison, trial.model_correlation),
         "provenance": dict(provenance),
-        "complete": True,
+        "source_events": [asdict(event) for event in trial.source_events],
+        "complete": not trial.why_not_whole,
     }
+    if trial.why_not_whole:
+        summary["why_not_complete"] = trial.why_not_whole
     finite: dict[str, Any] = _without_nan(summary)
     return finite
 

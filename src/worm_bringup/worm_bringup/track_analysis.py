@@ -40,8 +40,8 @@ from worm_msgs_py import (
     Status,
     Where,
 )
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
-from worm_tracker.errors import BadInput
 
 STRAY = 1.1
 """Heads farther from the centre than this, in units of R, are not in the chamber that they say."""

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from worm_analysis.results import chamber_of
 from worm_bringup.track_table import POINTS, Floats, Rows
 from worm_msgs_py import Chamber, Geometry, Status, Where
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
-from worm_tracker.errors import BadInput
 
 MM = 1e3
 NO_PICTURE_PX_PER_M = 1e8

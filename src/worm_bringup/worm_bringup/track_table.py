@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from worm_msgs_py import Status, Where
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 Floats = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from worm_msgs_py.chamber import Chamber, Geometry
 from worm_msgs_py.episodes import Attempt, Episode, EpisodeKind, Event, StrokePhase, Visit
 from worm_msgs_py.frames import Where
 from worm_msgs_py.model import Comparison, Forecast, ModelQuantity, NeededReversal
+from worm_msgs_py.source_events import SourceEvent, SourceEventKind
 from worm_msgs_py.status import Status
 
 __all__ = [
@@ -29,6 +30,8 @@ __all__ = [
     "NeededReversal",
     "Observables",
     "Quantity",
+    "SourceEvent",
+    "SourceEventKind",
     "Status",
     "StrokePhase",
     "TrackedFrame",

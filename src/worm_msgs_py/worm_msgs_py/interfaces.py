@@ -27,4 +27,5 @@ RESULTS: dict[str, tuple[type, QoSProfile]] = {
     topics.MODEL_FORECAST: (JointState, RESULT),
     topics.MODEL_COMPARISON: (JointState, LATCHED),
     topics.MODEL_CORRELATION: (JointTrajectory, LATCHED),
+    topics.SOURCE_EVENTS: (DiagnosticArray, RESULT),
 }

@@ -22,6 +22,9 @@ MODEL_FORECAST = "model/forecast"
 MODEL_COMPARISON = "model/comparison"
 MODEL_CORRELATION = "model/correlation"
 
+SOURCE_EVENTS = "source/events"
+"""What happened to the pictures: outages, damage, an early end."""
+
 DIAGNOSTICS = "/diagnostics"
 
 FLOW_TRACKED = "flow/tracked"
@@ -49,5 +52,6 @@ RESULTS = (
     MODEL_FORECAST,
     MODEL_COMPARISON,
     MODEL_CORRELATION,
+    SOURCE_EVENTS,
 )
 """Every topic that carries a result and is recorded into the results' bag."""

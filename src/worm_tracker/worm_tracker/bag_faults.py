@@ -3,7 +3,7 @@
 import errno
 from pathlib import Path
 
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 _SQLITE_MAGIC = b"SQLite format 3\x00"

@@ -11,9 +11,9 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
+from worm_msgs_py.errors import BadInput
 from worm_tracker.bag_faults import no_bag_there, unreadable, why_not_a_bag
 from worm_tracker.cdr import stamp_of, with_stamp
-from worm_tracker.errors import BadInput
 from worm_tracker.pictures import COMPRESSED_TYPE, IMAGE_TYPE, check_readable
 
 REORDERED = 8

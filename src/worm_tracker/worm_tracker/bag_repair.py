@@ -7,7 +7,7 @@ from mcap.records import Channel, Message, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
 
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 
 def repair(damaged: Path, repaired: Path) -> int:

@@ -6,9 +6,9 @@ from math import atan2, hypot, isfinite, radians, remainder, tau
 import numpy as np
 
 from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.errors import NoChamberFound
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
 from worm_tracker.circles import Circle, Picture, find_circles
-from worm_tracker.errors import NoChamberFound
 from worm_tracker.exits import find_exit
 from worm_tracker.parameters import TrackerParameters
 

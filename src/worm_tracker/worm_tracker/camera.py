@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 # Causes are told in our one line; FFmpeg's own go to stderr past Python. (-8 is AV_LOG_QUIET.)
 os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")

@@ -11,9 +11,9 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 
 from worm_msgs_py import convert, topics
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.qos import IMAGE_REPLAY
 from worm_tracker.camera import Camera, Kind
-from worm_tracker.errors import BadInput
 from worm_tracker.picture_recorder import PictureRecorder
 from worm_tracker.pictures import IMAGE_TYPE
 from worm_tracker.source_node import SourceNode, run_alone

@@ -16,12 +16,12 @@ from worm_msgs_py import convert, topics
 from worm_msgs_py.body import TrackedFrame
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.errors import BadInput, BadPicture
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
 from worm_msgs_py.running import run_alone
 from worm_msgs_py.worm_node import WormNode
-from worm_tracker.errors import BadInput, BadPicture
 from worm_tracker.identity import Exchange, ExchangeKind
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.pictures import PictureDecoder

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite
 
-from worm_tracker.errors import TrackerError
+from worm_msgs_py.errors import TrackerError
 
 NAN = float("nan")
 _POSITIVE = (

@@ -7,7 +7,7 @@ import yaml
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 
 class PictureRecorder:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_tracker.errors import BadInput, BadPicture
+from worm_msgs_py.errors import BadInput, BadPicture
 
 Grey = NDArray[np.uint8]
 

@@ -11,9 +11,9 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import Trigger
 
 from worm_msgs_py import topics
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.qos import IMAGE_REPLAY
 from worm_tracker.bag_pictures import BagPicture, BagPictures
-from worm_tracker.errors import BadInput
 from worm_tracker.pictures import IMAGE_TYPE
 from worm_tracker.playback import Playback, in_a_loop
 from worm_tracker.source_node import SourceNode, run_alone

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.errors import NoChamberFound
 from worm_tracker.calibration import calibrate, joined, passage_length
 from worm_tracker.circles import Circle, Picture, fit_circle
-from worm_tracker.errors import NoChamberFound
 from worm_tracker.exits import Exit, find_exit
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.wall_watch import WallWatch

@@ -12,12 +12,14 @@ from rclpy.executors import Executor, SingleThreadedExecutor, TimeoutException
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import UInt64, UInt64MultiArray
 
-from worm_msgs_py import convert, topics
+from worm_msgs_py import SourceEvent, convert, topics
 from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.interfaces import RESULTS
+from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, RESULT
 from worm_msgs_py.running import TICK_S, stop_on_signals
 from worm_msgs_py.worm_node import WormNode
-from worm_tracker.errors import BadInput
 
 NAME = "image_source"
 _REPORT_EVERY_S = 1.0
@@ -61,6 +63,9 @@ class SourceNode(WormNode):
         self._taken = self._given = self._recorded = 0
         self._ended = False
         self._reported_s = -float("inf")
+        self._ledger = Ledger(self)
+        kind, qos = RESULTS[topics.SOURCE_EVENTS]
+        self._events = self._ledger.publisher(kind, topics.SOURCE_EVENTS, qos)
         self._end_publisher = self.create_publisher(UInt64, topics.FLOW_END, FLOW)
         self._diagnostics = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, RESULT)
         self.create_subscription(UInt64MultiArray, topics.FLOW_TRACKED, self._on_tracked, FLOW)
@@ -137,9 +142,14 @@ class SourceNode(WormNode):
             DiagnosticArray(header=header(time.time_ns(), ""), status=[status])
         )
 
+    def _tell(self, event: SourceEvent) -> None:
+        """Publish what happened to the pictures; it goes into the results."""
+        self._events.publish(convert.source_events_to_msg([event], event.stamp_ns))
+
     def _announce_end(self) -> None:
         if not self._ended:
             self._ended = True
+            self._ledger.announce()
             self._end_publisher.publish(convert.count_to_msg(self.sent))
 
 

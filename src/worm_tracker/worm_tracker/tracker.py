@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from worm_msgs_py.body import TrackedFrame
 from worm_msgs_py.chamber import Geometry
+from worm_msgs_py.errors import NoChamberFound
 from worm_msgs_py.status import Status
-from worm_tracker.errors import NoChamberFound
 from worm_tracker.finding import Sight
 from worm_tracker.following import Follower
 from worm_tracker.identity import Exchange, ExchangeKind, HeadTail, Verdict, certainty, chained

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 from worm_msgs_py import topics
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.frames import CAMERA
-from worm_tracker.errors import BadInput
 from worm_tracker.picture_recorder import PictureRecorder
 from worm_tracker.pictures import COMPRESSED_TYPE
 

@@ -14,7 +14,7 @@ from worm_bringup.results_directory import results_directory
 from worm_bringup.track_analysis import analyse_tracks
 from worm_bringup.track_rig import TableRig, rig_of_summary
 from worm_bringup.track_table import TrackTable
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 _RIG = "The rig, where the table cannot say"
 

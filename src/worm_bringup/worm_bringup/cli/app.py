@@ -15,7 +15,7 @@ from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
 from worm_bringup.cli.simulate import simulate
 from worm_bringup.trial import Incomplete
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 BAD_INPUT = 2
 INCOMPLETE = 1

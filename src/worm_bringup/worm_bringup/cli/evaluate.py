@@ -17,7 +17,7 @@ from worm_model.evaluation import (
     read_truth,
 )
 from worm_model.evaluation import evaluate as compare
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 
 def evaluate(

@@ -14,7 +14,7 @@ from worm_model.boundary_walk import ReversalRule, WalkParameters
 from worm_model.walk_figures import write_figure
 from worm_model.walk_state import Direction, Phase, WalkState
 from worm_model.walk_summary import CONVENTIONS, NO_FALL, WalkSummary, summarise
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 _WALK = "The walk"
 _RIG = "The rig"

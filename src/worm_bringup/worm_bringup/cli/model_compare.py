@@ -22,7 +22,7 @@ from worm_model.fitting import Speed
 from worm_model.intervals import Interval, overlap
 from worm_msgs_py import Comparison, ModelQuantity, NeededReversal, Quantity
 from worm_msgs_py.agreement import agreements
-from worm_tracker.errors import BadInput
+from worm_msgs_py.errors import BadInput
 
 _DEFAULTS = ModelParameters()
 _RULE, _SPEED = ReversalRule(_DEFAULTS.rule), Speed(_DEFAULTS.speed)

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from worm_analysis.parameters import AnalysisParameters
-from worm_tracker.errors import BadInput, TrackerError
+from worm_msgs_py.errors import BadInput, TrackerError
 from worm_tracker.parameters import Polarity, TrackerParameters
 
 _TRACKER = "The picture"

@@ -10,8 +10,8 @@ from worm_bringup.cli.progress import progress_bar, show_result
 from worm_bringup.node_spec import NodeSpec
 from worm_bringup.provenance import bag_hash
 from worm_bringup.trial import Trial, run_trial
+from worm_msgs_py.errors import BadInput, TrackerError
 from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.errors import BadInput, TrackerError
 from worm_tracker.parameters import Polarity
 
 _PLAYER = "The player (as in ros2 bag play)"

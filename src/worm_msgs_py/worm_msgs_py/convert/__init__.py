@@ -27,6 +27,7 @@ from worm_msgs_py.convert.model import (
     forecast_to_msg,
 )
 from worm_msgs_py.convert.picture import picture_to_msg
+from worm_msgs_py.convert.source_events import source_events_from_msg, source_events_to_msg
 from worm_msgs_py.convert.stamp import stamp_to_msg, stamp_to_ns
 
 __all__ = [
@@ -58,6 +59,8 @@ __all__ = [
     "picture_to_msg",
     "quantities_from_msg",
     "quantities_to_msg",
+    "source_events_from_msg",
+    "source_events_to_msg",
     "stamp_to_msg",
     "stamp_to_ns",
 ]
