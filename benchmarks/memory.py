@@ -1,0 +1,123 @@
+"""Resident memory of a run over time: sampled in a thread, told as growth, drawn as a figure.
+
+```
+with sampled_memory() as trace:  # or of another process: sampled_memory(pid)
+    run_graph(..., progress=trace.progress)
+print(trace.growth())
+draw({"replay": trace}, Path("docs/endurance.png"))
+```
+"""
+
+import os
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+
+_MIB = 1 << 20
+_PAGE = os.sysconf("SC_PAGE_SIZE")
+_BLOCK = 20
+"""Growth compares medians of this many samples: what one garbage collection gives back is none."""
+
+
+@dataclass
+class MemoryTrace:
+    """Samples of a run: seconds since its start, frames sent by then, resident memory in MiB."""
+
+    elapsed_s: list[float] = field(default_factory=list)
+    frames: list[int] = field(default_factory=list)
+    resident_mib: list[float] = field(default_factory=list)
+    sent: int = 0
+
+    def progress(self, sent: int, expected: int | None = None) -> None:
+        """Take note of the frames that were sent; fits where a graph asks for its progress."""
+        self.sent = sent
+
+    def sample(self, elapsed_s: float, resident_mib: float) -> None:
+        """Add a sample."""
+        self.elapsed_s.append(elapsed_s)
+        self.frames.append(self.sent)
+        self.resident_mib.append(resident_mib)
+
+    def growth(self, after_s: float = 60.0) -> float:
+        """Return by what part memory grew from the end of the first minute to the end of the run.
+
+        Raises
+        ------
+        ValueError
+            Where there are too few samples after that minute.
+        """
+        later = [
+            mib for s, mib in zip(self.elapsed_s, self.resident_mib, strict=True) if s >= after_s
+        ]
+        if len(later) < 2 * _BLOCK:
+            raise ValueError(f"{len(later)} samples after {after_s:g} s; {2 * _BLOCK} are needed")
+        return median(later[-_BLOCK:]) / median(later[:_BLOCK]) - 1.0
+
+
+def resident_mib(pid: int) -> float:
+    """Return the resident memory of a process and all its descendants, MiB."""
+    mib = 0.0
+    with suppress(OSError):  # it may have just ended
+        mib = int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * _PAGE / _MIB
+    for listed in Path(f"/proc/{pid}/task").glob("*/children"):
+        with suppress(OSError):
+            mib += sum(resident_mib(int(child)) for child in listed.read_text().split())
+    return mib
+
+
+@contextmanager
+def sampled_memory(pid: int | None = None, every_s: float = 1.0) -> Iterator[MemoryTrace]:
+    """Sample the memory of a process (this one) and its descendants while the block runs."""
+    trace, stop, began_s = MemoryTrace(), threading.Event(), time.monotonic()
+
+    def run() -> None:
+        while not stop.wait(every_s):
+            trace.sample(time.monotonic() - began_s, resident_mib(pid or os.getpid()))
+
+    thread = threading.Thread(target=run, name="memory", daemon=True)
+    thread.start()
+    try:
+        yield trace
+    finally:
+        stop.set()
+        thread.join()
+
+
+def draw(
+    traces: Mapping[str, MemoryTrace], path: Path, marks: Mapping[str, list[int]] | None = None
+) -> None:
+    """Draw memory against frames, a panel a run, and write a PNG.
+
+    Parameters
+    ----------
+    traces : mapping of title to MemoryTrace
+    marks : mapping of title to list of int, optional
+        Frames at which something happened (an outage): a line each.
+    """
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(
+        1, len(traces), figsize=(5.6 * len(traces), 3.4), squeeze=False, layout="constrained"
+    )
+    for axis, (title, trace) in zip(axes[0], traces.items(), strict=True):
+        minute = next((n for s, n in zip(trace.elapsed_s, trace.frames, strict=True) if s >= 60), 0)
+        axis.axvspan(0, minute / 1e3, color="0.93", label="first minute")
+        for k, frame in enumerate((marks or {}).get(title, ())):
+            label = "camera outage" if k == 0 else None
+            axis.axvline(frame / 1e3, color="tab:red", lw=0.8, alpha=0.6, label=label)
+        thousands = [frames / 1e3 for frames in trace.frames]
+        axis.plot(thousands, trace.resident_mib, lw=1.2, label=f"n = {len(thousands)} samples")
+        axis.set(
+            title=f"{title}: {trace.growth():+.2%} after the first minute",
+            xlabel="frames sent (thousands)",
+            ylabel="resident memory (MiB)",
+            ylim=(0, 1.25 * max(trace.resident_mib)),
+        )
+        axis.title.set_fontsize("medium")
+        axis.legend(frameon=False, loc="lower right", fontsize="small")
+    figure.savefig(path, dpi=130)
+    plt.close(figure)
