@@ -16,6 +16,7 @@ from worm_bringup.cli.report import report
 from worm_bringup.cli.simulate import simulate
 from worm_bringup.trial import Incomplete
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.text import printable
 
 BAD_INPUT = 2
 INCOMPLETE = 1
@@ -44,8 +45,8 @@ def main() -> None:
     try:
         app()
     except (BadInput, ReportError, FileExistsError) as error:
-        print(f"worm: {error}", file=sys.stderr)
+        print(f"worm: {printable(error)}", file=sys.stderr)
         sys.exit(BAD_INPUT)
     except Incomplete as error:
-        print(f"worm: incomplete, no results were written: {error}", file=sys.stderr)
+        print(f"worm: incomplete, no results were written: {printable(error)}", file=sys.stderr)
         sys.exit(INTERRUPTED if error.result.interrupted else INCOMPLETE)
