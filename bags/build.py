@@ -19,8 +19,8 @@ from rich.progress import track
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from worm_model.film import FilmFrame, stamp_of, write_film, write_jpeg_bag
-from worm_model.rig import Body, Optics, Rig, draw, truth_of
+from worm_model.simulator.film import FilmFrame, stamp_of, write_film, write_jpeg_bag
+from worm_model.simulator.rig import Body, Optics, Rig, draw, truth_of
 
 HERE = Path(__file__).parent
 

@@ -1,4 +1,4 @@
-"""How near the tracker comes to the truth, on each film of `worm_model.scenes`.
+"""How near the tracker comes to the truth, on each film of `worm_model.simulator.scenes`.
 
 Pictures of 1024 × 1024 px at 40 px/mm (the whole rig: 1280 × 480 px at 16 px/mm), noise of 3 grey
 levels. The figures are those of `worm evaluate`; a star marks one that misses its bar.
@@ -17,7 +17,7 @@ from rich.table import Table
 from worm_analysis.analysis import Analysis
 from worm_bringup.tables import track_row
 from worm_model.evaluation import Circle, Evaluation, evaluate, record_of
-from worm_model.scenes import SCENES, Take
+from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Geometry, TrackedFrame
 from worm_msgs_py.errors import TrackerError
 from worm_tracker.parameters import TrackerParameters

@@ -20,9 +20,9 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from worm_model.boundary_walk import ReversalRule, WalkParameters, WalkResult, simulate
-from worm_model.first_passage import FirstPassage, SolvedWalk
-from worm_model.walk_state import Direction, WalkState
+from worm_model.boundary_walk.first_passage import FirstPassage, SolvedWalk
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, WalkResult, simulate
+from worm_model.boundary_walk.state import Direction, WalkState
 
 WALKS, SETS = 1_000_000, 50
 BATCH = 50_000

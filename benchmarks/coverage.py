@@ -23,8 +23,12 @@ from rich.table import Table
 from scipy.stats import binomtest
 
 from benchmarks.known_worm import KnownWorm, R, Search, Try, film, life
+from worm_analysis.accumulators.direction_correlation import (
+    SignCorrelation,
+    fit_decay_time,
+    lag_grid,
+)
 from worm_analysis.analysis import Analysis
-from worm_analysis.correlation import SignCorrelation, fit_decay_time, lag_grid
 
 Floats = NDArray[np.float64]
 Answer = dict[str, tuple[float, float, float]]

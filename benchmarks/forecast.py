@@ -16,9 +16,9 @@ from rich.console import Console
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
-from worm_model.boundary_walk import ReversalRule, WalkParameters
-from worm_model.forecast import Forecaster
-from worm_model.scoring import HORIZONS_S, Scores, crps_exponential
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.inference.forecast import Forecaster
+from worm_model.inference.scores import HORIZONS_S, Scores, crps_exponential
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "support"))
 from simulated_passages import observables, passages

@@ -35,7 +35,7 @@ from scipy import ndimage
 from skimage.morphology import skeletonize
 from threadpoolctl import threadpool_limits
 
-from worm_model.rig import Body, Optics, Rig, draw
+from worm_model.simulator.rig import Body, Optics, Rig, draw
 from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.pictures import PictureDecoder

@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from worm_analysis.analysis import Analysis
-from worm_model.rig import Rig
-from worm_model.walker import Walker, simulate_film
+from worm_model.simulator.rig import Rig
+from worm_model.simulator.worm import Walker, simulate_film
 from worm_msgs_py import Observables, TrackedFrame
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker

@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_model.rig import Body, Optics, Rig, clear_view, draw, expose
-from worm_model.rig.disturbances import add_glare
+from worm_model.simulator.rig import Body, Optics, Rig, clear_view, draw, expose
+from worm_model.simulator.rig.disturbances import add_glare
 from worm_msgs_py import Status, TrackedFrame
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker

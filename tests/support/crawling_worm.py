@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from worm_model.rig import Body, Optics, Rig, draw, truth_of
+from worm_model.simulator.rig import Body, Optics, Rig, draw, truth_of
 from worm_msgs_py import Status
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker

@@ -1,4 +1,4 @@
-"""Pictures of a worm at the wall by other hands than `worm_model.rig`'s.
+"""Pictures of a worm at the wall by other hands than `worm_model.simulator.rig`'s.
 
 The tracker must not be good on the pictures of one renderer alone. Here bodies are discs along the
 midline, drawn with many sub-pixels: blunt head, thin tail, a dark gut; the wall has a texture.

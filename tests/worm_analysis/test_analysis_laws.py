@@ -15,8 +15,8 @@ from walked_tracks import (
     walk,
 )
 
+from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
 from worm_analysis.analysis import Analysis
-from worm_analysis.correlation import SignCorrelation, lag_grid
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import BodyState, Episode, EpisodeKind, Geometry, Status, Where
 

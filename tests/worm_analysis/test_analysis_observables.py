@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from walked_tracks import BODY_WIDTH, GEOMETRY, THRESHOLD, R, track_from_polar
 
 from worm_analysis.analysis import Analysis
-from worm_analysis.angular_motion import AngularSpeed
-from worm_analysis.observables import (
+from worm_analysis.kinematics.angular_speed import AngularSpeed
+from worm_analysis.kinematics.observables import (
     body_angle,
     head_angle,
     incidence_angle,

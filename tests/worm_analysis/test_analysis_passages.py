@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from walked_tracks import BODY_WIDTH, GEOMETRY, THRESHOLD, R, Track, polar
 
 from worm_analysis.analysis import Analysis
-from worm_analysis.visits import exits_passed
+from worm_analysis.events.visits import exits_passed
 from worm_msgs_py import Attempt, Episode, StrokePhase, Visit, Where
 
 RATE_HZ = 20

@@ -7,16 +7,11 @@ from hypothesis import strategies as st
 from scipy import stats
 from scipy.signal import lfilter
 
-from worm_analysis.blocks import BlockSums, jackknife_half_width
-from worm_analysis.contacts import ClosedEpisode
-from worm_analysis.episode_quantities import mean_above
-from worm_analysis.episode_sums import EpisodeSums
-from worm_analysis.excess_sums import ExcessBlocks, ExcessSums
-from worm_analysis.goodness_of_fit import exponential_p, grouped, p_of_statistic
-from worm_analysis.pearson import pearson
-from worm_analysis.penetration import fit_penetration
-from worm_analysis.running_median import RunningMedian
-from worm_analysis.statistics import (
+from worm_analysis.accumulators.episode_sums import EpisodeSums
+from worm_analysis.events.contacts import ClosedEpisode
+from worm_analysis.statistics.block_jackknife import BlockSums, jackknife_half_width
+from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
+from worm_analysis.statistics.estimators import (
     exponential_mean,
     fraction,
     peak_positions,
@@ -24,6 +19,11 @@ from worm_analysis.statistics import (
     poisson_rate,
     unmerged_means,
 )
+from worm_analysis.statistics.goodness_of_fit import exponential_p, grouped, p_of_statistic
+from worm_analysis.statistics.penetration_law import fit_penetration
+from worm_analysis.statistics.running_median import RunningMedian
+from worm_analysis.statistics.sample_correlation import pearson
+from worm_analysis.summary.episode_quantities import mean_above
 from worm_msgs_py import Episode, EpisodeKind
 
 NS = 10**9

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from offline_analysis import Offline
 from walked_tracks import GEOMETRY, R, rough_track, slides_and_hops
 
+from worm_analysis.accumulators.contact_sensitivity import ContactRule
+from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
+from worm_analysis.accumulators.frame_rows import FrameRows
 from worm_analysis.analysis import Analysis
-from worm_analysis.correlation import SignCorrelation, lag_grid
-from worm_analysis.frame_rows import FrameRows
-from worm_analysis.sensitivity import ContactRule
 from worm_msgs_py import Episode, EpisodeKind, Visit
 
 seeds = st.integers(0, 2**32 - 1)

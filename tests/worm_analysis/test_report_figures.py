@@ -10,17 +10,17 @@ from report_trial import CHAMBER, record, states, telegraph_walk, without_chambe
 
 from worm_analysis.pooling.trial_sums import ANGLE_EDGES_DEG, RADIUS_EDGES
 from worm_analysis.report import theme
-from worm_analysis.report.body_angle import angle_density, body_angle
 from worm_analysis.report.evidence import of_trial
 from worm_analysis.report.examples import example_spans, reversals
-from worm_analysis.report.model_comparison import model_comparison
-from worm_analysis.report.persistence import persistence
-from worm_analysis.report.picture_motion import picture_motion, picture_trajectories, speed
-from worm_analysis.report.radii import radial_density, radii
-from worm_analysis.report.statuses import runs, statuses
-from worm_analysis.report.time_traces import contact_spans, time_traces, without_wraps
-from worm_analysis.report.trajectories import trajectories
-from worm_analysis.report.wall_distances import (
+from worm_analysis.report.figures.body_angle import angle_density, body_angle
+from worm_analysis.report.figures.direction_correlation import persistence
+from worm_analysis.report.figures.model_comparison import model_comparison
+from worm_analysis.report.figures.picture_motion import picture_motion, picture_trajectories, speed
+from worm_analysis.report.figures.radial_distance import radial_density, radii
+from worm_analysis.report.figures.statuses import runs, statuses
+from worm_analysis.report.figures.time_traces import contact_spans, time_traces, without_wraps
+from worm_analysis.report.figures.trajectories import trajectories
+from worm_analysis.report.figures.wall_distances import (
     exponential_above,
     length_density,
     wall_distances,

@@ -8,10 +8,10 @@ import pytest
 from report_trial import record, states, telegraph_walk, without_chamber
 
 from worm_analysis.report import theme
-from worm_analysis.report.forecasts import forecasts
-from worm_analysis.report.joint_question import OF_PAPER, joint_figure, joint_question
+from worm_analysis.report.figures.forecasts import forecasts
+from worm_analysis.report.figures.joint_question import OF_PAPER, joint_figure, joint_question
 from worm_analysis.results import read_results
-from worm_model.consistency import paper_needs
+from worm_model.inference.required_reversal import paper_needs
 from worm_msgs_py import NeededReversal
 
 SCORES = {

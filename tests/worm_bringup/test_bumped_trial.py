@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from worm_model.film import write_film
-from worm_model.scenes import Take, bumped, bumped_camera
+from worm_model.simulator.film import write_film
+from worm_model.simulator.scenes import Take, bumped, bumped_camera
 
 
 def test_a_summary_tells_each_geometry_and_from_when_it_held(tmp_path):

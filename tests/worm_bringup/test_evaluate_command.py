@@ -11,9 +11,9 @@ import pytest
 from typer.testing import CliRunner
 
 from worm_bringup.cli.app import app
-from worm_model.film import write_film
-from worm_model.rig import write_truth
-from worm_model.scenes import Take, at_the_wall
+from worm_model.simulator.film import write_film
+from worm_model.simulator.rig import write_truth
+from worm_model.simulator.scenes import Take, at_the_wall
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from escaping_worm import Worm
 
 from worm_bringup.cli.app import main
 from worm_bringup.model_comparisons import compare_trials
-from worm_model.comparison import ModelParameters
+from worm_model.inference.comparison import ModelParameters
 from worm_msgs_py.agreement import agreements
 
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from worm_model.boundary_walk import ReversalRule, WalkParameters, simulate
-from worm_model.persistence import direction_correlation, persistence_time_s
+from worm_model.boundary_walk.direction_correlation import direction_correlation, persistence_time_s
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, simulate
 
 PAPER = WalkParameters()
 STANDARD_ERRORS = 4.0

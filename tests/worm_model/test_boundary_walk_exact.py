@@ -11,9 +11,9 @@ from scipy.integrate import solve_bvp
 from scipy.linalg import expm
 from scipy.stats import binom
 
-from worm_model.boundary_walk import ReversalRule, WalkParameters, simulate
-from worm_model.first_passage import SURE, SolvedWalk
-from worm_model.walk_state import Direction, Phase, WalkState
+from worm_model.boundary_walk.first_passage import SURE, SolvedWalk
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, simulate
+from worm_model.boundary_walk.state import Direction, Phase, WalkState
 
 PAPER = WalkParameters()
 CCW, CW = Direction.COUNTER_CLOCKWISE, Direction.CLOCKWISE

@@ -6,9 +6,9 @@ from math import pi
 import numpy as np
 import pytest
 
-from worm_model.boundary_walk import ReversalRule, WalkParameters, simulate
-from worm_model.walk_paths import walk_paths
-from worm_model.walk_state import Direction, Phase, WalkState
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, simulate
+from worm_model.boundary_walk.paths import walk_paths
+from worm_model.boundary_walk.state import Direction, Phase, WalkState
 
 PAPER = WalkParameters()
 

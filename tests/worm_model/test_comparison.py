@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from worm_model.boundary_walk import ReversalRule, WalkParameters, simulate
-from worm_model.comparison import ModelParameters, can_compare, compare, has_exit
-from worm_model.escape import EscapeTimes
-from worm_model.fitting import fit_walk
-from worm_model.passages import mean_again_s, mean_tau_h_s, skips_per_trial
-from worm_model.rig import Rig
-from worm_model.walk_state import Direction, WalkState
+from worm_model.boundary_walk.mean_passage import mean_again_s, mean_tau_h_s, skips_per_trial
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, simulate
+from worm_model.boundary_walk.state import Direction, WalkState
+from worm_model.inference.comparison import ModelParameters, can_compare, compare, has_exit
+from worm_model.inference.escape import EscapeTimes
+from worm_model.inference.fit import fit_walk
+from worm_model.simulator.rig import Rig
 from worm_msgs_py import Attempt, Quantity, Visit
 
 GEOMETRY = Rig(exit_width_mm=1.0).geometry()

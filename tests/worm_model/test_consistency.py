@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worm_model.boundary_walk import ReversalRule, WalkParameters
-from worm_model.consistency import (
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.inference.fit import Speed, fit_walk
+from worm_model.inference.required_reversal import (
     OBSERVABLES,
     OF_TRIAL,
     Observation,
@@ -17,8 +18,7 @@ from worm_model.consistency import (
     paper_needs,
     trial_needs,
 )
-from worm_model.fitting import Speed, fit_walk
-from worm_model.rig import Rig
+from worm_model.simulator.rig import Rig
 from worm_msgs_py import NeededReversal, Quantity
 from worm_msgs_py.agreement import agreements
 

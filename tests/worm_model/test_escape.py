@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_model.escape import EscapeTimes, escape_time
+from worm_model.inference.escape import EscapeTimes, escape_time
 from worm_msgs_py import Attempt, Visit
 
 S = 1_000_000_000

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from rosbags.rosbag2 import Reader
 
-from worm_model.film import encode_jpeg
+from worm_model.simulator.film import encode_jpeg
 
 BAGS = Path(__file__).parents[2] / "bags"
 

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_model.boundary_walk import ReversalRule
-from worm_model.fitting import REVERSAL_NAMES, Speed, fit_walk
-from worm_model.intervals import exponential_mean, fraction
-from worm_model.reversals import PhaseDirections, Reversals
-from worm_model.rig import Rig
+from worm_model.boundary_walk.monte_carlo import ReversalRule
+from worm_model.inference.fit import REVERSAL_NAMES, Speed, fit_walk
+from worm_model.inference.intervals import exponential_mean, fraction
+from worm_model.inference.reversal_counts import PhaseDirections, Reversals
+from worm_model.simulator.rig import Rig
 from worm_msgs_py import Episode, EpisodeKind, Quantity
 
 GEOMETRY = Rig(exit_width_mm=1.0).geometry()

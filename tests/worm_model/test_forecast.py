@@ -9,15 +9,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_passages import observables, passages
 
-from worm_model.boundary_walk import ReversalRule, WalkParameters
-from worm_model.comparison import ModelParameters
-from worm_model.first_passage import SolvedWalk
-from worm_model.forecast import QUANTILES, Forecaster, direction_of
-from worm_model.quick_law import QuickLaw
-from worm_model.rig import Rig
-from worm_model.scoring import Scores
-from worm_model.trial_model import TrialModel
-from worm_model.walk_state import Direction, Phase, WalkState
+from worm_model.boundary_walk.fast_first_passage import QuickLaw
+from worm_model.boundary_walk.first_passage import SolvedWalk
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.state import Direction, Phase, WalkState
+from worm_model.inference.comparison import ModelParameters
+from worm_model.inference.forecast import QUANTILES, Forecaster, direction_of
+from worm_model.inference.scores import Scores
+from worm_model.inference.trial_model import TrialModel
+from worm_model.simulator.rig import Rig
 from worm_msgs_py import Attempt, Episode, EpisodeKind, Observables, Quantity, Visit, Where
 
 PAPER = WalkParameters()

@@ -9,9 +9,9 @@ from walked_tracks import GEOMETRY, slides_and_hops
 
 from worm_analysis.analysis import Analysis
 from worm_analysis.parameters import AnalysisParameters
-from worm_model.comparison import ModelParameters
+from worm_model.inference.comparison import ModelParameters
+from worm_model.inference.trial_model import TrialModel
 from worm_model.node import ANALYSIS, DESCRIPTIONS, HEARD, ModelNode
-from worm_model.trial_model import TrialModel
 from worm_msgs_py import Observables, Quantity, convert, topics
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import read_announcement

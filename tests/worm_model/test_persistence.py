@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from worm_model.boundary_walk import ReversalRule, WalkParameters
-from worm_model.persistence import direction_correlation, persistence_time_s
+from worm_model.boundary_walk.direction_correlation import direction_correlation, persistence_time_s
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
 
 PAPER = WalkParameters()
 

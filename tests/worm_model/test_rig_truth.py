@@ -4,7 +4,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from worm_model.rig import Body, Rig, truth_of, write_truth
+from worm_model.simulator.rig import Body, Rig, truth_of, write_truth
 
 RIG = Rig(centre_px=(500.2, 520.9), exit_rad=0.7)
 

@@ -6,12 +6,12 @@ from itertools import groupby
 import numpy as np
 import pytest
 
-from worm_model import crawling
-from worm_model.rig import Body, Rig, clear_view, draw, worm_coverage
-from worm_model.rig import disturbances as seen
-from worm_model.rig.drawing import crossings
-from worm_model.scenes import FPS, SCENES, Take, bumped
-from worm_model.walker import rounded_body
+from worm_model.simulator import crawling
+from worm_model.simulator.rig import Body, Rig, clear_view, draw, worm_coverage
+from worm_model.simulator.rig import disturbances as seen
+from worm_model.simulator.rig.drawing import crossings
+from worm_model.simulator.scenes import FPS, SCENES, Take, bumped
+from worm_model.simulator.worm import rounded_body
 
 TAKE = Take(px_per_mm=12.0, frames=24, noise=2.0)
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.special import kolmogorov
 from scipy.stats import kstest
 
-from worm_model.scoring import HORIZONS_S, Scores, crps, crps_exponential, pit, uniformity
+from worm_model.inference.scores import HORIZONS_S, Scores, crps, crps_exponential, pit, uniformity
 
 means = st.floats(0.5, 200.0)
 times = st.floats(0.01, 400.0)

@@ -12,10 +12,10 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 from scipy.stats import kstest
 
-from worm_model.film import write_film
-from worm_model.head_path import HeadPath, Walker
-from worm_model.rig import Body, Optics, Rig
-from worm_model.walker import midlines_mm, simulate_film
+from worm_model.simulator.film import write_film
+from worm_model.simulator.head_path import HeadPath, Walker
+from worm_model.simulator.rig import Body, Optics, Rig
+from worm_model.simulator.worm import midlines_mm, simulate_film
 
 RIG = Rig(
     width_px=360, height_px=340, px_per_mm=15.0, centre_px=(170.4, 171.7), optics=Optics(noise=1.0)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from worm_model.rig import Optics, Rig, draw
-from worm_model.walker import rounded_body
-from worm_tracker.refinement import refine
+from worm_model.simulator.rig import Optics, Rig, draw
+from worm_model.simulator.worm import rounded_body
+from worm_tracker.midline.refine import refine
 
 CLEAR = 200
 LENGTH_WIDTHS = 15.0

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from worm_model.rig import Body, Optics, Rig, draw
-from worm_tracker.outline import resample
-from worm_tracker.refinement import refine
+from worm_model.simulator.rig import Body, Optics, Rig, draw
+from worm_tracker.midline.contour_midline import resample
+from worm_tracker.midline.refine import refine
 
 CLEAR = 200
 RIG = Rig(

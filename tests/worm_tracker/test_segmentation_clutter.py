@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from worm_model.scenes import SCENES, Take
+from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker

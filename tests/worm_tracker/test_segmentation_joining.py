@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worm_tracker.bridging import join
-from worm_tracker.segmentation import find_blobs, whole
+from worm_tracker.detection.blobs import find_blobs, whole
+from worm_tracker.detection.occlusion import join
 
 WIDTH, LEVEL, SHAPE = 12.0, 140.0, (300, 400)
 

@@ -20,7 +20,7 @@ from crawling_worm import (
     wavy_path,
 )
 
-from worm_model.rig import Rig, draw
+from worm_model.simulator.rig import Rig, draw
 from worm_msgs_py import Status
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker

@@ -9,9 +9,9 @@ from crawling_worm import LARGE_RIG, SMALL_RIG, crawl, wall_path, wavy_path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worm_model.rig import Optics, Rig, draw
+from worm_model.simulator.rig import Optics, Rig, draw
 from worm_msgs_py.errors import NoChamberFound, TrackerError
-from worm_tracker.calibration import calibrate
+from worm_tracker.calibration.calibrate import calibrate
 from worm_tracker.parameters import TrackerParameters
 
 

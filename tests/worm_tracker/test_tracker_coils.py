@@ -7,12 +7,12 @@ import pytest
 from crawling_worm import FRAME_NS
 
 from worm_model.evaluation.distances import as_given_rms, resampled
-from worm_model.scenes import SCENES, Take
+from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
-from worm_tracker.outline import as_points
+from worm_tracker.midline.contour_midline import as_points
+from worm_tracker.midline.path import Trail, continued, evenly, trail_of
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
-from worm_tracker.trail import Trail, continued, evenly, trail_of
 
 
 def filmed(scene, frames, first=0, px_per_mm=20.0):

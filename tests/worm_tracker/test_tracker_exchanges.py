@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from crawling_worm import FRAME_NS, SMALL_RIG, crawl, film, wavy_path
 
-from worm_tracker.identity import MOST_ODDS, ExchangeKind
+from worm_tracker.head_tail import MOST_ODDS, ExchangeKind
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 

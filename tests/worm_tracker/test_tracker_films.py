@@ -19,7 +19,7 @@ from crawling_worm import (
     wavy_path,
 )
 
-from worm_model.rig import Rig, draw, truth_of
+from worm_model.simulator.rig import Rig, draw, truth_of
 from worm_msgs_py import Status, Where
 from worm_msgs_py.errors import NoChamberFound
 from worm_tracker.parameters import Polarity, TrackerParameters

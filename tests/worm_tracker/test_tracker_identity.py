@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_tracker.identity import HeadTail, certainty, chained
+from worm_tracker.head_tail import HeadTail, certainty, chained
 
 LENGTH, WIDTH = 100.0, 10.0
 

@@ -13,7 +13,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
 from std_srvs.srv import Trigger
 
-from worm_model.film import encode_jpeg
+from worm_model.simulator.film import encode_jpeg
 from worm_msgs_py import Status, convert, topics
 from worm_msgs_py.errors import BadInput, NoChamberFound
 from worm_msgs_py.interfaces import RESULTS

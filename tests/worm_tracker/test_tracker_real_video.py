@@ -13,7 +13,7 @@ from sensor_msgs.msg import CompressedImage
 
 from worm_msgs_py import Status
 from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.body_fit import draw_body
+from worm_tracker.midline.deformable_fit import draw_body
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.pictures import PictureDecoder
 from worm_tracker.tracker import Tracker

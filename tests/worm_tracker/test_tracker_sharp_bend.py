@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from worm_model.rig import Optics, Rig
-from worm_model.walker import Walker, simulate_film
+from worm_model.simulator.rig import Optics, Rig
+from worm_model.simulator.worm import Walker, simulate_film
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 

@@ -8,9 +8,9 @@ import pytest
 from crawling_worm import NOISY, arc, crawl, errors, film, track, wavy_path
 from scipy.interpolate import CubicSpline
 
-from worm_model.rig import Rig, draw, truth_of
+from worm_model.simulator.rig import Rig, draw, truth_of
 from worm_msgs_py import Status
-from worm_tracker.calibration import calibrate
+from worm_tracker.calibration.calibrate import calibrate
 from worm_tracker.parameters import TrackerParameters
 
 RIG = Rig(

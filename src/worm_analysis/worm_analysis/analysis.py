@@ -3,17 +3,22 @@
 from dataclasses import replace
 from math import nan
 
-from worm_analysis.angular_motion import UnwrappedAngle
-from worm_analysis.body_sums import BodySums
-from worm_analysis.contacts import ClosedEpisode
-from worm_analysis.left_out import STALE, UNCERTAIN, UNTRACKED, LeftOut
-from worm_analysis.observables import body_angle, head_angle, polar_angle, radial_distance
+from worm_analysis.accumulators.body_size import BodySums
+from worm_analysis.accumulators.exclusions import STALE, UNCERTAIN, UNTRACKED, LeftOut
+from worm_analysis.accumulators.wall_search import WallSearch
+from worm_analysis.events.contacts import ClosedEpisode
+from worm_analysis.kinematics.angular_speed import UnwrappedAngle
+from worm_analysis.kinematics.observables import (
+    body_angle,
+    head_angle,
+    polar_angle,
+    radial_distance,
+)
 from worm_analysis.parameters import AnalysisParameters
-from worm_analysis.quantities import quantities
-from worm_analysis.running_median import RunningMedian
-from worm_analysis.telling import Evidence
-from worm_analysis.wall_search import WallSearch
-from worm_analysis.whereabouts import Whereabouts
+from worm_analysis.rig_position import Whereabouts
+from worm_analysis.statistics.running_median import RunningMedian
+from worm_analysis.summary.quantities import quantities
+from worm_analysis.summary.quantity_table import Evidence
 from worm_msgs_py import (
     BodyState,
     Chamber,

@@ -10,10 +10,10 @@ import numpy as np
 from worm_analysis.pooling import Pool, trial_sums
 from worm_analysis.pooling.estimates import pooled_quantities
 from worm_analysis.results import Results, read_results
-from worm_model.comparison import ModelParameters, can_compare, compare
-from worm_model.escape import EscapeTimes
-from worm_model.fitting import fit_walk
-from worm_model.reversals import Reversals
+from worm_model.inference.comparison import ModelParameters, can_compare, compare
+from worm_model.inference.escape import EscapeTimes
+from worm_model.inference.fit import fit_walk
+from worm_model.inference.reversal_counts import Reversals
 from worm_msgs_py import Attempt, Comparison, Episode, EpisodeKind, Geometry, Quantity, Visit
 
 MM = 1e3

@@ -26,8 +26,8 @@ from worm_bringup.tables import (
 )
 from worm_bringup.track_rig import MM, Placed, Placer, TableRig
 from worm_bringup.track_table import POINTS, Rows, TrackTable
-from worm_model.comparison import ModelParameters
-from worm_model.trial_model import TrialModel
+from worm_model.inference.comparison import ModelParameters
+from worm_model.inference.trial_model import TrialModel
 from worm_msgs_py import (
     Attempt,
     BodyState,

@@ -13,7 +13,7 @@ from worm_bringup.node_spec import NodeSpec
 from worm_bringup.processes import run_in_processes
 from worm_bringup.provenance import provenance
 from worm_bringup.results_directory import results_directory
-from worm_model.comparison import ModelParameters
+from worm_model.inference.comparison import ModelParameters
 from worm_tracker.parameters import TrackerParameters
 
 

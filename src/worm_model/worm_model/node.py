@@ -8,8 +8,8 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import JointState
 
-from worm_model.comparison import ModelParameters
-from worm_model.trial_model import TrialModel
+from worm_model.inference.comparison import ModelParameters
+from worm_model.inference.trial_model import TrialModel
 from worm_msgs_py import Comparison, Correlation, Event, Observables, Quantity, convert, topics
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger, read_announcement

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from worm_msgs_py.status import Status
-from worm_tracker.outline import Floats
+from worm_tracker.midline.contour_midline import Floats
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -11,13 +11,13 @@ from worm_msgs_py.body import TrackedFrame
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.errors import NoChamberFound
 from worm_msgs_py.status import Status
-from worm_tracker.finding import Sight
-from worm_tracker.following import Follower
-from worm_tracker.identity import Exchange, ExchangeKind, HeadTail, Verdict, certainty, chained
+from worm_tracker.calibration.rig_monitor import Change, RigKeeper
+from worm_tracker.detection.detector import Sight
+from worm_tracker.follower import Follower
+from worm_tracker.frame_state import tracked_frame
+from worm_tracker.head_tail import Exchange, ExchangeKind, HeadTail, Verdict, certainty, chained
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import Polarity, TrackerParameters
-from worm_tracker.rig_keeper import Change, RigKeeper
-from worm_tracker.states import tracked_frame
 
 Picture = NDArray[np.uint8]
 CHECK_STRIDE = 32

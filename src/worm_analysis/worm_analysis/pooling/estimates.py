@@ -9,13 +9,11 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import minimize
 
-from worm_analysis.correlation import fit_decay_time
-from worm_analysis.paper_values import paper_value
-from worm_analysis.penetration import MOST_SHARE, fit_penetration
+from worm_analysis.accumulators.direction_correlation import fit_decay_time
 from worm_analysis.pooling.pool import Pool
 from worm_analysis.pooling.trial_sums import ANGLE_EDGES_DEG, DEPTH_EDGES_MM, RADIUS_EDGES
 from worm_analysis.results import Floats
-from worm_analysis.statistics import (
+from worm_analysis.statistics.estimators import (
     Estimate,
     exponential_mean,
     finite_or_none,
@@ -26,6 +24,8 @@ from worm_analysis.statistics import (
     poisson_rate,
     unmerged_means,
 )
+from worm_analysis.statistics.penetration_law import MOST_SHARE, fit_penetration
+from worm_analysis.summary.paper_values import paper_value
 from worm_msgs_py import Quantity
 
 FEWEST_TRIALS = 5

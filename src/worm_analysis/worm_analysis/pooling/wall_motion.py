@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from worm_analysis.accumulators.swimming_speed import FULL
 from worm_analysis.results import Floats, Results
-from worm_analysis.speed_law import FULL
 
 MAX_GAP_S, MEAN_WINDOW_S, THETA_DOT_WINDOW_S = 0.5, 12.0, 1.0
 LONGEST_SEARCH_S = 60.0

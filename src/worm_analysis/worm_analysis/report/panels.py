@@ -2,29 +2,29 @@
 
 from collections.abc import Callable
 
-from worm_analysis.report.body_angle import body_angle
 from worm_analysis.report.evidence import Evidence, of_trial
-from worm_analysis.report.first_contact import first_contact
-from worm_analysis.report.forecasts import forecasts
-from worm_analysis.report.joint_question import joint_question
-from worm_analysis.report.model_comparison import model_comparison
-from worm_analysis.report.panel import Panel
-from worm_analysis.report.penetration import penetration
-from worm_analysis.report.persistence import persistence
-from worm_analysis.report.picture_motion import picture_motion, picture_trajectories
-from worm_analysis.report.radii import radii
-from worm_analysis.report.search_by_width import search_time_by_width, skips_by_width
-from worm_analysis.report.search_times import search_times
-from worm_analysis.report.speed_and_angle import (
+from worm_analysis.report.figures.body_angle import body_angle
+from worm_analysis.report.figures.direction_correlation import persistence
+from worm_analysis.report.figures.first_contact import first_contact
+from worm_analysis.report.figures.forecasts import forecasts
+from worm_analysis.report.figures.joint_question import joint_question
+from worm_analysis.report.figures.model_comparison import model_comparison
+from worm_analysis.report.figures.penetration import penetration
+from worm_analysis.report.figures.picture_motion import picture_motion, picture_trajectories
+from worm_analysis.report.figures.radial_distance import radii
+from worm_analysis.report.figures.search_by_width import search_time_by_width, skips_by_width
+from worm_analysis.report.figures.search_times import search_times
+from worm_analysis.report.figures.speed_and_angle import (
     speed_after_collision,
     speed_against_angle,
     speed_law,
 )
-from worm_analysis.report.statuses import statuses
-from worm_analysis.report.success import success
-from worm_analysis.report.time_traces import Example, time_traces, traces
-from worm_analysis.report.trajectories import trajectories
-from worm_analysis.report.wall_distances import wall_distances
+from worm_analysis.report.figures.statuses import statuses
+from worm_analysis.report.figures.success import success
+from worm_analysis.report.figures.time_traces import Example, time_traces, traces
+from worm_analysis.report.figures.trajectories import trajectories
+from worm_analysis.report.figures.wall_distances import wall_distances
+from worm_analysis.report.panel import Panel
 from worm_analysis.results import Results
 
 Maker = Callable[[Evidence], Panel]

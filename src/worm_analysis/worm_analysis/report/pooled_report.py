@@ -131,7 +131,7 @@ def _few(shown: list[_Candidate], most: int = 600) -> list[_Candidate]:
 
 def _examples(shown: list[_Candidate]) -> list[Any]:
     """Return the stretches with the fewest, the median and the most reversals, read again."""
-    from worm_analysis.report.time_traces import Example
+    from worm_analysis.report.figures.time_traces import Example
 
     ranked = sorted(shown, key=lambda item: item.reversals)
     places = sorted({round(k * (len(ranked) - 1) / (EXAMPLES - 1)) for k in range(EXAMPLES)})

@@ -108,7 +108,7 @@ def environment() -> Environment:
 
 def trial_context(results: Results) -> dict[str, Any]:
     """Return what the templates say of one trial."""
-    from worm_analysis.report.model_comparison import (
+    from worm_analysis.report.figures.model_comparison import (
         comparison_rows,
         origins,
         parameters_written,

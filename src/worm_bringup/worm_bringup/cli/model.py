@@ -10,10 +10,10 @@ from rich.console import Console
 from rich.table import Table
 
 from worm_bringup.cli.model_compare import compare
-from worm_model.boundary_walk import ReversalRule, WalkParameters
-from worm_model.walk_figures import write_figure
-from worm_model.walk_state import Direction, Phase, WalkState
-from worm_model.walk_summary import CONVENTIONS, NO_FALL, WalkSummary, summarise
+from worm_model.boundary_walk.figures import write_figure
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.state import Direction, Phase, WalkState
+from worm_model.boundary_walk.summary import CONVENTIONS, NO_FALL, WalkSummary, summarise
 from worm_msgs_py.errors import BadInput
 
 _WALK = "The walk"

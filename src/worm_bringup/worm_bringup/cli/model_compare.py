@@ -15,11 +15,11 @@ from rich.table import Column, Table
 from worm_analysis.report.numbers import interval, value
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.model_comparisons import Case, compare_trials
-from worm_model.boundary_walk import ReversalRule
-from worm_model.comparison import ModelParameters
-from worm_model.consistency import paper_needs
-from worm_model.fitting import Speed
-from worm_model.intervals import Interval, overlap
+from worm_model.boundary_walk.monte_carlo import ReversalRule
+from worm_model.inference.comparison import ModelParameters
+from worm_model.inference.fit import Speed
+from worm_model.inference.intervals import Interval, overlap
+from worm_model.inference.required_reversal import paper_needs
 from worm_msgs_py import Comparison, ModelQuantity, NeededReversal, Quantity
 from worm_msgs_py.agreement import agreements
 from worm_msgs_py.errors import BadInput
@@ -100,7 +100,7 @@ def _refuse(figure: Path) -> None:
 def _draw(case: Case, path: Path) -> None:
     """Draw the joint question into a file that is there whole or not at all."""
     # Drawing is slow to import, and mostly not asked for.
-    from worm_analysis.report.joint_question import joint_figure
+    from worm_analysis.report.figures.joint_question import joint_figure
     from worm_analysis.report.theme import style
 
     if case.comparison is None or not case.comparison.needs:

@@ -10,9 +10,9 @@ import typer
 
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.graph import Progress
-from worm_model.film import FilmFrame, truth_path, write_film
-from worm_model.rig import Optics, Rig
-from worm_model.walker import Walker, simulate_film
+from worm_model.simulator.film import FilmFrame, truth_path, write_film
+from worm_model.simulator.rig import Optics, Rig
+from worm_model.simulator.worm import Walker, simulate_film
 
 _WORM = "The worm"
 _RIG = "The rig"

@@ -1,0 +1,1 @@
+"""Sums that a trial adds to, frame by frame, in bounded memory."""

@@ -1,0 +1,103 @@
+"""v_w of the law ⟨v_b⟩ = v_w sin⟨ψ_b⟩, from means over short windows of the trial."""
+
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_analysis.accumulators.frame_rows import Frames
+from worm_analysis.kinematics.angular_speed import NS
+from worm_analysis.statistics.block_jackknife import BlockSums, jackknife_half_width
+
+Floats = NDArray[np.float64]
+
+FULL = 0.9
+"""A window of which less than this part was seen is left out."""
+
+
+class SpeedLaw:
+    """Sums over windows of time of the mean of v_b and the sine of the mean of ψ_b.
+
+    The paper fits the line to the means of whole trials (Fig. 4c). Within one trial the body turns
+    round, so means are taken over windows of one undulatory stroke, short beside t_per; frame by
+    frame, the stroke's sway of ψ_b, which does not change the speed, would flatten the line. Where
+    the body turns round within a window, ψ_b is averaged on either side of the normal apart, and
+    the sines of the two means by their times: the sine of a mean across the turn would be too
+    large. Windows follow each other from the start of each unbroken stretch.
+
+    Parameters
+    ----------
+    radius_m : float
+        R.
+    window_s : float
+        Length of a window.
+
+    Attributes
+    ----------
+    windows : int
+        Windows so far.
+    """
+
+    def __init__(self, radius_m: float, window_s: float):
+        self._radius_m = radius_m
+        self._window_ns = round(window_s * NS)
+        self._blocks = BlockSums(2)
+        self._stretch = -1
+        self._stretch_ns = 0
+        self._window = -1
+        self._first_ns = self._last_ns = 0
+        self._sums = np.zeros(5)
+        self.windows = 0
+
+    def add(self, frames: Frames) -> None:
+        """Take frames with the head in a chamber; those without a speed or a body angle go by."""
+        known = np.isfinite(frames.theta_dot_rad_s) & np.isfinite(frames.psi_b_rad)
+        if not known.any():
+            return
+        stamps_ns, stretch = frames.stamp_ns[known], frames.stretch[known]
+        v, psi_b = self._radius_m * frames.theta_dot_rad_s[known], frames.psi_b_rad[known]
+        left = psi_b > 0
+        rows = np.stack([v, left, psi_b * left, ~left, psi_b * ~left])
+        for piece in np.split(np.arange(len(stretch)), np.flatnonzero(np.diff(stretch)) + 1):
+            if int(stretch[piece[0]]) != self._stretch:
+                self.close()
+                self._stretch, self._stretch_ns = int(stretch[piece[0]]), int(stamps_ns[piece[0]])
+            window = (stamps_ns[piece] - self._stretch_ns) // self._window_ns
+            for part in np.split(piece, np.flatnonzero(np.diff(window)) + 1):
+                self._add_part(stamps_ns[part], rows[:, part])
+
+    def _add_part(self, stamps_ns: NDArray[np.int64], rows: Floats) -> None:
+        """Take frames that lie in one window."""
+        window = (int(stamps_ns[0]) - self._stretch_ns) // self._window_ns
+        if window != self._window:
+            self.close()
+            self._window, self._first_ns = window, int(stamps_ns[0])
+        # One after the other, as if frames came one by one.
+        self._sums = np.cumsum(np.column_stack([self._sums, rows]), axis=1)[:, -1]
+        self._last_ns = int(stamps_ns[-1])
+
+    def close(self) -> None:
+        """End the window that is open."""
+        if self._last_ns - self._first_ns >= FULL * self._window_ns:
+            v, n_left, left, n_right, right = self._sums
+            s = n_left * np.sin(left / max(n_left, 1.0))
+            s += n_right * np.sin(right / max(n_right, 1.0))
+            v, s = v / (n_left + n_right), s / (n_left + n_right)
+            self._blocks.row(self._first_ns)[:] += (v * s, s * s)
+            self.windows += 1
+        self._window = -1
+        self._first_ns = self._last_ns = 0
+        self._sums = np.zeros(5)
+
+    def speed(self) -> tuple[float, float | None]:
+        """Return v_w in m/s, by least squares through the origin, and half of its interval."""
+
+        def estimate(sums: Floats) -> Floats:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                slope: Floats = sums[:, 0] / sums[:, 1]
+            return slope
+
+        total = self._blocks.total()
+        if not total[1] > 0:
+            return nan, None
+        return float(total[0] / total[1]), jackknife_half_width(self._blocks, estimate)

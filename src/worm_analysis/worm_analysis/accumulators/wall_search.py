@@ -1,0 +1,210 @@
+"""The head's search along a chamber's wall: motion, contact, episodes, C_θ and their sums."""
+
+from math import nan
+
+from worm_analysis.accumulators.collisions import Collisions
+from worm_analysis.accumulators.contact_sensitivity import Sensitivity, other_rules
+from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
+from worm_analysis.accumulators.episode_sums import EpisodeSums
+from worm_analysis.accumulators.frame_rows import FrameRows, Frames
+from worm_analysis.accumulators.frame_sums import FrameSums
+from worm_analysis.accumulators.swimming_speed import SpeedLaw
+from worm_analysis.events.contacts import Approach, ClosedEpisode, ContactEpisodes, ContactSensor
+from worm_analysis.kinematics.angular_speed import NS, AngularSpeed
+from worm_analysis.parameters import AnalysisParameters
+from worm_msgs_py import EpisodeKind, Observables
+
+
+class WallSearch:
+    """Takes the frames in which the head is in a chamber and not in its exit.
+
+    Frames are gathered and handed on a thousand at a time; `settle` hands on what is there, and
+    must be called before the sums are read.
+
+    Parameters
+    ----------
+    parameters : AnalysisParameters
+        Settings.
+    radius_m : float
+        R.
+
+    Attributes
+    ----------
+    radius_m : float
+        R.
+    correlation : SignCorrelation
+        C_θ(t).
+    frames : FrameSums
+        Statistics of frames.
+    speed_law : SpeedLaw
+        v_w.
+    collisions : Collisions
+        θ̇_h against θ_h^i.
+    episodes : EpisodeSums
+        Statistics of contacts and excursions.
+    sensitivity : Sensitivity
+        d_c and d_nc under other rules of contact.
+    observed_s : float
+        Time in a chamber, breaks left out.
+    """
+
+    def __init__(self, parameters: AnalysisParameters, radius_m: float):
+        self.radius_m = radius_m
+        self._max_gap_ns = round(parameters.max_gap_s * NS)
+        self._sensor = ContactSensor(parameters.contact_factor, parameters.release_factor)
+        self._approach = Approach(parameters.incidence_window_s)
+        self._contacts = ContactEpisodes(radius_m, parameters.min_episode_s)
+        self._speed = AngularSpeed(parameters.theta_dot_window_s)
+        self._rows = FrameRows()
+        self._stretch = self._approaches = 0
+        self._last_ns: int | None = None
+        self._interval_s = 0.0
+        self.correlation = SignCorrelation(
+            lag_grid(
+                parameters.max_lag_s,
+                parameters.fine_lag_s,
+                parameters.fine_step_s,
+                parameters.coarse_step_s,
+            ),
+            parameters.fine_step_s,
+        )
+        self._stretch_correlated = 0
+        self.frames = FrameSums(radius_m)
+        self.speed_law = SpeedLaw(radius_m, parameters.mean_window_s)
+        self.collisions = Collisions(parameters.theta_dot_window_s)
+        self.episodes = EpisodeSums(radius_m)
+        self.sensitivity = Sensitivity(other_rules(parameters), radius_m)
+        self.observed_s = 0.0
+
+    def move(
+        self,
+        chamber: str,
+        stamp_ns: int,
+        theta_rad: float,
+        r_h_m: float,
+        head_m: tuple[float, float],
+        width_m: float,
+    ) -> tuple[float, bool | None, list[ClosedEpisode]]:
+        """Take the head's position in a frame.
+
+        Parameters
+        ----------
+        chamber : str
+            The chamber that the head is in.
+        stamp_ns : int
+            Later than that of the last frame.
+        theta_rad, r_h_m : float
+            θ_h, unwrapped, and r_h.
+        head_m : (float, float)
+            x, y of the head in the chamber's frame.
+        width_m : float
+            d_w; NaN where it is not known.
+
+        Returns
+        -------
+        theta_dot_rad_s : float
+            θ̇_h; NaN where it cannot be had.
+        contact : bool or None
+            Whether the head touches the wall; None where it cannot be told.
+        closed : list of ClosedEpisode
+            What this frame ends.
+        """
+        closed = self._heed_gap(stamp_ns)
+        theta_dot = self._speed.push(stamp_ns, theta_rad)
+        depth_m = self.radius_m - r_h_m
+        self._approach.push(stamp_ns, *head_m)
+        contact = self._sensor.push(depth_m, width_m)
+        if contact is not None:
+            ended = self._contacts.push(
+                chamber, stamp_ns, theta_rad, depth_m, contact, self._approach
+            )
+            if ended is not None:
+                closed += self._keep(ended)
+                if ended.episode.kind is EpisodeKind.FREE and self._contacts.collision:
+                    self.collisions.begin(*self._contacts.collision)
+        self.collisions.follow(stamp_ns, theta_rad)
+        return theta_dot, contact, closed
+
+    def count(self, observables: Observables, width_m: float) -> None:
+        """Add the frame that was last moved to, now that all of it is known."""
+        contact = observables.contact
+        enough = self._rows.push(
+            (observables.stamp_ns, self._stretch, self._approaches),
+            (
+                self._interval_s,
+                observables.r_h_m,
+                observables.r_c_m,
+                observables.r_t_m,
+                observables.theta_h_rad,
+                observables.theta_dot_rad_s,
+                observables.psi_b_rad,
+                observables.psi_h_rad,
+                nan if contact is None else contact,
+                (self.radius_m - observables.r_h_m) / width_m if width_m else nan,
+            ),
+        )
+        if enough:
+            self.settle()
+
+    def settle(self) -> None:
+        """Hand on the frames that were gathered."""
+        if not len(self._rows):
+            return
+        frames = self._rows.take()
+        self.frames.add(frames)
+        self.speed_law.add(frames)
+        self.sensitivity.add(frames)
+        self._correlate(frames)
+
+    def _correlate(self, frames: Frames) -> None:
+        for part in frames.stretches():
+            if int(frames.stretch[part.start]) != self._stretch_correlated:
+                self.correlation.break_off()
+                self._stretch_correlated = int(frames.stretch[part.start])
+            self.correlation.add(frames.stamp_ns[part], frames.theta_dot_rad_s[part])
+
+    def _heed_gap(self, stamp_ns: int) -> list[ClosedEpisode]:
+        closed: list[ClosedEpisode] = []
+        self._interval_s = 0.0
+        if self._last_ns is not None:
+            if stamp_ns - self._last_ns > self._max_gap_ns:
+                closed = self.break_off()
+            else:
+                self._interval_s = (stamp_ns - self._last_ns) / NS
+        self._last_ns = stamp_ns
+        self.observed_s += self._interval_s
+        return closed
+
+    def enter_exit(self, stamp_ns: int) -> list[ClosedEpisode]:
+        """Say that the head is in the exit in this frame; return what that ends."""
+        seen = self._last_ns is not None and stamp_ns - self._last_ns <= self._max_gap_ns
+        if seen:
+            self.sensitivity.ended_in_exit(self._approaches)
+        return self._end_approach(into_exit=seen)
+
+    def _end_approach(self, *, into_exit: bool) -> list[ClosedEpisode]:
+        self._sensor.reset()
+        self._approach.reset()
+        self.collisions.break_off()
+        self._approaches += 1
+        ended = self._contacts.cut(into_exit=into_exit)
+        return [] if ended is None else self._keep(ended)
+
+    def break_off(self) -> list[ClosedEpisode]:
+        """Say that what follows is not connected: a gap, or another visit."""
+        self._speed.reset()
+        self._stretch += 1
+        self._last_ns = None
+        return self._end_approach(into_exit=False)
+
+    def finish(self) -> list[ClosedEpisode]:
+        """End the trial."""
+        closed = self.break_off()
+        self.settle()
+        self.speed_law.close()
+        self.sensitivity.cut()
+        return closed
+
+    def _keep(self, closed: ClosedEpisode) -> list[ClosedEpisode]:
+        self.episodes.push(closed)
+        return [closed]

@@ -1,0 +1,1 @@
+"""What happens in a trial: contacts, excursions, visits and attempts, cut as frames come in."""

@@ -1,0 +1,150 @@
+"""Stays in a chamber: the first touch of the wall, the finding of the exit, and the skips."""
+
+from dataclasses import dataclass
+from math import ceil, floor, nan, pi
+
+from worm_analysis.kinematics.angular_speed import NS
+from worm_analysis.kinematics.observables import wrap_angle
+from worm_msgs_py import Visit
+
+
+@dataclass(slots=True)
+class _Stay:
+    """The current visit; `found` once the head has entered the exit for the first time."""
+
+    chamber: str
+    start_ns: int
+    start_seen: bool
+    last_ns: int
+    first_contact_ns: int | None = None
+    theta_h0_rad: float = nan
+    skips: int = 0
+    found: bool = False
+
+
+class Visits:
+    """Follows the body from chamber to chamber (paper, section on Figs 5 to 7).
+
+    A visit starts when the head comes into a chamber with the body behind it, and is closed when
+    the head first enters the exit. Where the head withdraws, the body has not left: skips are
+    still counted for the trial, but there is no second τ_h, because the search would start at the
+    exit.
+    """
+
+    def __init__(self) -> None:
+        self._stay: _Stay | None = None
+        self._left = False
+        self.number = 0
+        self.skips = 0
+
+    @property
+    def home(self) -> str:
+        """The chamber that the body is in; empty while it is in the passage, or not known."""
+        return self._stay.chamber if self._stay else ""
+
+    def locate(self, chamber: str, stamp_ns: int) -> Visit | None:
+        """Say which chamber the head is in; return the visit that this ends, if it does.
+
+        A visit that ends so, without the exit having been seen found, is incomplete.
+        """
+        if self._stay and self._stay.chamber == chamber:
+            self._stay.last_ns = stamp_ns
+            return None
+        ended = self.finish()
+        self._stay = _Stay(chamber, stamp_ns, self._left, stamp_ns)
+        self._left = False
+        self.number += 1
+        return ended
+
+    def stay(self, stamp_ns: int) -> None:
+        """Say that the head is in the same chamber as before."""
+        assert self._stay is not None
+        self._stay.last_ns = stamp_ns
+
+    def touch(self, stamp_ns: int, theta_rad: float) -> None:
+        """Take a frame in which the head touches the wall; θ_h may be unwrapped."""
+        stay = self._stay
+        assert stay is not None
+        if stay.first_contact_ns is None and not stay.found:
+            stay.first_contact_ns = stamp_ns
+            stay.theta_h0_rad = wrap_angle(theta_rad)
+
+    def hop(self, before_rad: float, end_rad: float, half_arc_rad: float) -> None:
+        """Take an excursion that began and ended at the wall; see `exits_passed`.
+
+        Only such an excursion is a hop in the sense of d_nc and of the boundary walk: a head that
+        comes from the wall on one side of the exit and goes back to the wall on the other side,
+        without having entered, has skipped the exit, however far from the wall it was meanwhile. A
+        head that crosses θ = 0 and turns back before it touches the wall has not.
+        """
+        passed = exits_passed(before_rad, end_rad, half_arc_rad)
+        self.skips += passed
+        if self._stay is not None and not self._stay.found:
+            self._stay.skips += passed
+
+    def lose(self) -> None:
+        """Say that frames are missing: what the head did meanwhile is not known."""
+        self._left = False
+
+    def pass_through(self) -> None:
+        """Say that head and body are in the passage: the next chamber's entry will be seen."""
+        self._left = True
+
+    def find_exit(self, stamp_ns: int) -> Visit | None:
+        """Say that the head has entered the exit; return the visit if it is the first time."""
+        stay = self._stay
+        if stay is None or stay.found:
+            return None
+        stay.found = True
+        return _visit(stay, stamp_ns, complete=stay.start_seen)
+
+    def leave(self) -> None:
+        """Say that the body has followed the head out."""
+        self._stay = None
+        self._left = True
+
+    def finish(self) -> Visit | None:
+        """End an open visit where its last frame was."""
+        stay = self._stay
+        self._stay = None
+        if stay is None or stay.found:
+            return None
+        return _visit(stay, stay.last_ns, complete=False)
+
+
+def _visit(stay: _Stay, end_ns: int, *, complete: bool) -> Visit:
+    tau_h_s = nan
+    if stay.found and stay.first_contact_ns is not None:
+        tau_h_s = (end_ns - stay.first_contact_ns) / NS
+    return Visit(
+        chamber=stay.chamber,
+        start_ns=stay.start_ns,
+        end_ns=end_ns,
+        first_contact_ns=stay.first_contact_ns,
+        theta_h0_rad=stay.theta_h0_rad,
+        tau_h_s=tau_h_s,
+        skips=stay.skips,
+        complete=complete,
+    )
+
+
+def exits_passed(before_rad: float, end_rad: float, half_arc_rad: float) -> int:
+    """Return how many times the way from one place at the wall to another goes over the exit.
+
+    Parameters
+    ----------
+    before_rad, end_rad : float
+        θ_h, unwrapped, where the head left the wall and where it came back to it.
+    half_arc_rad : float
+        Half of the exit's arc; NaN where there is no exit.
+
+    Returns
+    -------
+    int
+        How many times the whole arc lies between the two.
+    """
+    if half_arc_rad != half_arc_rad or before_rad != before_rad:
+        return 0
+    low, high = min(before_rad, end_rad), max(before_rad, end_rad)
+    turn = 2 * pi
+    return max(0, floor((high - half_arc_rad) / turn) - ceil((low + half_arc_rad) / turn) + 1)

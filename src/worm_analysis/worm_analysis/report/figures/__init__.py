@@ -1,0 +1,1 @@
+"""One figure of the report a file."""

@@ -1,0 +1,132 @@
+"""Sums of lengths of episodes, from which exponential laws are fitted above any cut-off."""
+
+from math import nan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_analysis.statistics.block_jackknife import BlockSums, jackknife_half_width
+from worm_msgs_py import Distribution
+
+Floats = NDArray[np.float64]
+
+
+class ExcessSums:
+    """Lengths of episodes in fine bins, each with its count and its sum, complete and censored.
+
+    From these the maximum-likelihood mean of an exponential law that is cut off on the left can be
+    had for any cut-off at a bin's edge, exactly, after the trial.
+
+    Parameters
+    ----------
+    bin_width : float
+        Width of a bin, in the unit of the lengths.
+    n_bins : int
+        Longer episodes are in the last bin, and their full length in its sum.
+    """
+
+    def __init__(self, bin_width: float, n_bins: int):
+        self._bin_width = bin_width
+        self._n = np.zeros((2, n_bins), dtype=np.int64)
+        self._sum = np.zeros((2, n_bins))
+
+    def push(self, length: float, *, complete: bool) -> None:
+        """Take an episode; one that was cut short is censored: longer than what was seen."""
+        bin_ = min(int(length / self._bin_width), self._n.shape[1] - 1)
+        self._n[int(complete), bin_] += 1
+        self._sum[int(complete), bin_] += length
+
+    def above(self, cutoff: float) -> tuple[int, float, float]:
+        """Return what the likelihood needs.
+
+        Returns
+        -------
+        n : int
+            Complete episodes that are at least as long as the cut-off.
+        excess : float
+            Sum of what all episodes, censored ones too, are longer than the cut-off.
+        cutoff : float
+            The cut-off that was used: the next edge of a bin.
+        """
+        first = min(int(np.ceil(cutoff / self._bin_width - 1e-9)), self._n.shape[1] - 1)
+        edge = first * self._bin_width
+        n, total = self._n[:, first:].sum(axis=1), self._sum[:, first:].sum()
+        return int(n[1]), float(total - n.sum() * edge), edge
+
+    def complete_above(self, cutoff: float) -> tuple[NDArray[np.int64], float]:
+        """Return the counts of complete episodes in fine bins from the cut-off on, and their mean.
+
+        Returns
+        -------
+        counts : ndarray of int64
+            The first bin begins at the cut-off, the last one has no end.
+        excess : float
+            Mean of what they are longer than the cut-off; NaN without any.
+        """
+        first = min(int(np.ceil(cutoff / self._bin_width - 1e-9)), self._n.shape[1] - 1)
+        counts: NDArray[np.int64] = self._n[1, first:]
+        n = int(counts.sum())
+        if n == 0:
+            return counts, nan
+        return counts, float(self._sum[1, first:].sum() / n - first * self._bin_width)
+
+    @property
+    def bin_width(self) -> float:
+        """Width of a fine bin."""
+        return self._bin_width
+
+    def distribution(
+        self, name: str, bin_width: float, longest: float, unit: str = "m"
+    ) -> Distribution:
+        """Return the complete episodes in bins for people, up to a longest one."""
+        per_bin, bins = round(bin_width / self._bin_width), round(longest / bin_width)
+        counts = self._n[1, : per_bin * bins].reshape(bins, per_bin).sum(axis=1)
+        edges = np.linspace(0.0, bins * bin_width, bins + 1)
+        return Distribution(name, unit, edges, counts.astype(np.int64))
+
+
+class ExcessBlocks:
+    """The same sums by blocks of time, for the interval of a mean under a worm that changes.
+
+    Parameters
+    ----------
+    bin_width : float
+        Width of a bin, in the unit of the lengths.
+    n_bins : int
+        Bins; all that is longer is in the last one. A cut-off beyond it has no interval.
+    """
+
+    def __init__(self, bin_width: float, n_bins: int):
+        self._bin_width = bin_width
+        self._bins = n_bins
+        self._blocks = BlockSums(3 * n_bins)
+
+    def push(self, stamp_ns: int, length: float, *, complete: bool) -> None:
+        """Take an episode with the stamp of its start; they come in order."""
+        bin_ = min(int(length / self._bin_width), self._bins - 1)
+        row = self._blocks.row(stamp_ns)
+        row[bin_] += complete
+        row[self._bins + bin_] += 1.0
+        row[2 * self._bins + bin_] += length
+
+    def half_width(self, cutoff: float) -> float | None:
+        """Return half of the 95 % interval of the mean excess above a cut-off.
+
+        Returns
+        -------
+        float or None
+            None where there are fewer than eight blocks, or the cut-off is beyond the last bin.
+        """
+        first = int(np.ceil(cutoff / self._bin_width - 1e-9))
+        if first >= self._bins:
+            return None
+        edge = first * self._bin_width
+
+        def estimate(sums: Floats) -> Floats:
+            complete, everyone, length = np.split(sums, 3, axis=1)
+            n = complete[:, first:].sum(axis=1)
+            excess = length[:, first:].sum(axis=1) - edge * everyone[:, first:].sum(axis=1)
+            mean: Floats = np.divide(excess, n, out=np.full(len(n), nan), where=n > 0)
+            return mean
+
+        return jackknife_half_width(self._blocks, estimate)

@@ -1,0 +1,1 @@
+"""The boundary walk: by Monte Carlo, and exactly."""

@@ -1,0 +1,1 @@
+"""The boundary walk and a trial: fitted, forecasting, compared."""

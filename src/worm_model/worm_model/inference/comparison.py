@@ -1,0 +1,252 @@
+"""Holds the exact boundary walk, fitted to a trial, against what the trial measured."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite, nan, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_model.boundary_walk.direction_correlation import direction_correlation, persistence_time_s
+from worm_model.boundary_walk.mean_passage import (
+    TRIAL_S,
+    mean_again_s,
+    mean_tau_h_s,
+    skips_per_trial,
+)
+from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.inference.escape import PAPER_SUCCESS, EscapeTimes, escape_time
+from worm_model.inference.fit import LOWEST, MM_PER_M, REVERSAL_NAMES, Fit, Speed, interval_of
+from worm_model.inference.intervals import NOTHING, Interval
+from worm_model.inference.required_reversal import trial_needs
+from worm_msgs_py import Comparison, Correlation, ModelQuantity, Quantity
+
+PER_TRIAL = f"per {TRIAL_S / 60:.0f} min"
+
+
+@dataclass(frozen=True, slots=True)
+class ModelParameters:
+    """Which boundary walk is run, and how often it forecasts.
+
+    Attributes
+    ----------
+    rule : str
+        What a reversal counts: ``per_cycle``, ``per_phase`` or ``rate``
+        (`boundary_walk.ReversalRule`).
+    speed : str
+        The walk's speed: ``v_b``, the mean speed along the wall, or ``v_w``.
+    hop_may_land, effective_width : bool
+        See `boundary_walk.WalkParameters`.
+    longest_lag_s, lag_step_s : float
+        Lags of C_θ.
+    forecast_interval_s : float
+        Time of the stamps between two forecasts.
+
+    Raises
+    ------
+    ValueError
+        Where a number makes no sense.
+    """
+
+    rule: str = ReversalRule.PER_CYCLE.value
+    speed: str = Speed.TANGENTIAL.value
+    hop_may_land: bool = True
+    effective_width: bool = True
+    longest_lag_s: float = 60.0
+    lag_step_s: float = 0.5
+    forecast_interval_s: float = 0.1
+
+    def __post_init__(self) -> None:
+        for name, value, known in (
+            ("rule", self.rule, list(ReversalRule)),
+            ("speed", self.speed, list(Speed)),
+        ):
+            if value not in known:
+                raise ValueError(f"{name} is {value!r}; known: {', '.join(known)}")
+        if not 0.0 < self.lag_step_s <= self.longest_lag_s:
+            raise ValueError("lag_step_s must be above 0 and not above longest_lag_s")
+        if not 0.0 < self.forecast_interval_s < float("inf"):
+            raise ValueError(
+                f"forecast_interval_s is {self.forecast_interval_s}; give seconds above 0"
+            )
+
+    @property
+    def lag_s(self) -> NDArray[np.float64]:
+        """The lags of C_θ, from 0."""
+        count = round(self.longest_lag_s / self.lag_step_s) + 1
+        return np.arange(count, dtype=np.float64) * self.lag_step_s
+
+    def walk(self, fit: Fit, changed: Mapping[str, float] | None = None) -> WalkParameters:
+        """Return the walk that these parameters choose of a fit."""
+        return fit.walk(ReversalRule(self.rule), Speed(self.speed), changed)
+
+    def origins(self, fit: Fit) -> tuple[tuple[str, bool], ...]:
+        """Return of each number that this walk uses whether it is the trial's own."""
+        return fit.origins(ReversalRule(self.rule), Speed(self.speed))
+
+
+def has_exit(quantities: Sequence[Quantity]) -> bool:
+    """Tell whether a trial has an exit to be found: without, no walk can be fitted."""
+    return any(q.name == "w_s" and q.value is not None for q in quantities)
+
+
+def can_compare(quantities: Sequence[Quantity]) -> bool:
+    """Tell whether a trial has what a comparison needs: an exit, and one number of its own."""
+    own = ("d_c", "d_nc", "v_b", "v_w", "reversal_per_cycle", "reversal_rate")
+    return has_exit(quantities) and any(q.name in own and q.value is not None for q in quantities)
+
+
+def compare(
+    quantities: Sequence[Quantity],
+    fit: Fit,
+    stamp_ns: int,
+    parameters: ModelParameters,
+    *,
+    escapes: EscapeTimes | None = None,
+    scores: tuple[tuple[str, float], ...] = (),
+    with_needs: bool = False,
+) -> tuple[Comparison, Correlation]:
+    """Hold the fitted walk against the measurement.
+
+    Parameters
+    ----------
+    quantities : sequence of Quantity
+        The trial's summary; `can_compare` must hold.
+    fit : Fit
+        The walk fitted to it (`fitting.fit_walk`).
+    stamp_ns : int
+        Stamp of the last frame that the summary rests on.
+    parameters : ModelParameters
+        Which walk.
+    escapes : EscapeTimes, optional
+        Escapes and lost time so far.
+    scores : tuple of (str, float)
+        Of the forecasts so far.
+    with_needs : bool
+        Whether to answer the joint question too (`consistency`); it takes a third of a second.
+
+    Returns
+    -------
+    comparison : Comparison
+        Its parameters say of each number of the walk, as ``NAME_is_measured``, whether it is the
+        trial's own (1) or, where the trial has none, the paper's (0). The intervals of what is
+        modelled are those that the numbers' own intervals give it.
+    correlation : Correlation
+        The walk's C_θ, which is exact: no error, no pairs.
+    """
+    found = {quantity.name: quantity for quantity in quantities}
+    comparison = Comparison(
+        stamp_ns=stamp_ns,
+        parameters=_parameters(found, fit, parameters),
+        quantities=(
+            *_predicted(found, fit, parameters),
+            *_escapes(found, fit, parameters, escapes or EscapeTimes(), stamp_ns),
+            *_given(found, fit, parameters),
+        ),
+        needs=trial_needs(found, fit) if with_needs else (),
+        scores=scores,
+    )
+    lag_s = parameters.lag_s
+    c = direction_correlation(parameters.walk(fit), lag_s)
+    none = np.zeros(len(lag_s), dtype=np.int64)
+    return comparison, Correlation(lag_s, c, np.zeros(len(lag_s)), none, c)
+
+
+def _parameters(
+    found: Mapping[str, Quantity], fit: Fit, parameters: ModelParameters
+) -> tuple[tuple[str, float], ...]:
+    walk = parameters.walk(fit)
+    success = interval_of(found, "success")[0]
+    values = {
+        "R_m": walk.radius_mm / MM_PER_M,
+        "W_m": walk.exit_width_mm / MM_PER_M,
+        "h_m": walk.depth_mm / MM_PER_M,
+        "exit_arc_m": walk.exit_arc_mm / MM_PER_M,
+        "v_m_s": walk.speed_mm_s / MM_PER_M,
+        "mean_slide_m": walk.mean_slide_mm / MM_PER_M,
+        "mean_hop_m": walk.mean_hop_mm / MM_PER_M,
+        "reversal": walk.reversal,
+        **{f"rule_{rule.value}": float(rule is walk.rule) for rule in ReversalRule},
+        "hop_may_land": float(walk.hop_may_land),
+        "effective_width": float(walk.effective_width),
+        "success": success if isfinite(success) else PAPER_SUCCESS,
+        **{f"{name}_is_measured": float(is_own) for name, is_own in parameters.origins(fit)},
+        "success_is_measured": float(isfinite(success)),
+    }
+    return tuple(values.items())
+
+
+def _predicted(
+    found: Mapping[str, Quantity], fit: Fit, parameters: ModelParameters
+) -> list[ModelQuantity]:
+    """Return what follows from the walk's numbers: ⟨τ_h⟩, skips, t_per."""
+    predictions: tuple[tuple[str, str, Callable[[WalkParameters], float]], ...] = (
+        ("tau_h", "s", mean_tau_h_s),
+        ("n_s", PER_TRIAL, skips_per_trial),
+        ("t_per", "s", persistence_time_s),
+    )
+    return [
+        ModelQuantity(name, unit, *interval_of(found, name), *propagated(fit, parameters, predict))
+        for name, unit, predict in predictions
+    ]
+
+
+def propagated(
+    fit: Fit, parameters: ModelParameters, predict: Callable[[WalkParameters], float]
+) -> Interval:
+    """Return a prediction, and the interval that the fitted numbers' own intervals give it.
+
+    Each number is moved to the ends of its interval while the others stay; the changes add up in
+    squares, as the numbers come from different episodes. NaN where no number has an interval.
+    """
+    value = predict(parameters.walk(fit))
+    down = up = 0.0
+    for name, _ in parameters.origins(fit):
+        number = fit.numbers[name]
+        changes = [
+            predict(parameters.walk(fit, {name: max(end, LOWEST.get(name, 0.0))})) - value
+            for end in (number.low, number.high)
+            if isfinite(end)
+        ]
+        down += min([0.0, *changes]) ** 2
+        up += max([0.0, *changes]) ** 2
+    if not (isfinite(value) and (down or up)):
+        return value, nan, nan
+    return value, max(value - sqrt(down), 0.0), value + sqrt(up)
+
+
+def _escapes(
+    found: Mapping[str, Quantity],
+    fit: Fit,
+    parameters: ModelParameters,
+    escapes: EscapeTimes,
+    now_ns: int,
+) -> list[ModelQuantity]:
+    """Return the time of an escape, and in units of ⟨τ_h⟩; intervals from the success rate's."""
+    walk = parameters.walk(fit)
+    success = interval_of(found, "success")
+    if not isfinite(success[0]):
+        success = (PAPER_SUCCESS, nan, nan)
+    modelled = escape_time(mean_tau_h_s(walk), mean_again_s(walk), success, escapes.lost_s)
+    measured = escapes.mean_s(now_ns)
+    ratio = measured[0] / interval_of(found, "tau_h")[0]
+    return [
+        ModelQuantity("tau_escape", "s", *measured, *modelled.mean_s),
+        ModelQuantity("escape_ratio", "1", ratio, nan, nan, *modelled.ratio),
+    ]
+
+
+def _given(
+    found: Mapping[str, Quantity], fit: Fit, parameters: ModelParameters
+) -> list[ModelQuantity]:
+    """Return the walk's own numbers: what it was given cannot disagree."""
+    rows = []
+    for name, is_own in parameters.origins(fit):
+        number = fit.numbers[name]
+        unit, scale = ("1/s" if name == REVERSAL_NAMES[ReversalRule.RATE] else "1"), 1.0
+        if name in LOWEST:
+            unit, scale = ("m/s" if name in list(Speed) else "m"), MM_PER_M
+        measured = (number.value, number.low, number.high) if is_own else NOTHING
+        value, low, high = (end / scale for end in measured)
+        rows.append(ModelQuantity(name, unit, value, low, high, number.value / scale, nan, nan))
+    return rows

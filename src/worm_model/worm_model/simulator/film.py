@@ -1,0 +1,139 @@
+"""Writes a film as a rosbag2 folder, with the truth of its frames beside it."""
+
+import shutil
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from worm_model.simulator.rig import TruthRow, write_truth
+from worm_msgs_py import topics
+from worm_msgs_py.frames import CAMERA
+
+_TYPES = get_typestore(Stores.ROS2_JAZZY)
+_COMPRESSED = "sensor_msgs/msg/CompressedImage"
+
+
+class FilmFrame(NamedTuple):
+    """One frame of a synthetic film.
+
+    Attributes
+    ----------
+    stamp_ns : int
+        Time of capture; the film starts at 0.
+    picture : ndarray of uint8, shape (height, width)
+        Grey levels.
+    truth : TruthRow
+        What is true of it.
+    """
+
+    stamp_ns: int
+    picture: NDArray[np.uint8]
+    truth: TruthRow
+
+
+def stamp_of(frame: int, fps: float) -> int:
+    """Return the stamp of a frame in nanoseconds, rounded from the exact time."""
+    return round(frame * 1e9 / fps)
+
+
+def truth_path(bag: Path) -> Path:
+    """Return where the truth of this bag lies: ``<bag>_truth.parquet`` beside it."""
+    return bag.with_name(bag.name + "_truth.parquet")
+
+
+def write_film(path: Path, film: Iterable[FilmFrame], *, jpeg_quality: int = 90) -> Path:
+    """Write a film and its truth, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The rosbag2 folder (mcap) to make.
+    film : iterable of FilmFrame
+        Its frames in time order.
+    jpeg_quality : int
+        0 to 100.
+
+    Returns
+    -------
+    Path
+        The truth table, ``<path>_truth.parquet``.
+
+    Raises
+    ------
+    FileExistsError
+        Where the bag, or the truth of one, is there already.
+    """
+    truth = truth_path(path)
+    if truth.exists():
+        raise FileExistsError(f"{truth}: exists already; remove it or choose another name")
+    rows: list[TruthRow] = []
+
+    def encoded() -> Iterator[tuple[int, bytes]]:
+        for frame in film:
+            rows.append(frame.truth)
+            yield frame.stamp_ns, encode_jpeg(frame.picture, jpeg_quality)
+
+    write_jpeg_bag(path, encoded())
+    write_truth(rows, truth)
+    return truth
+
+
+def encode_jpeg(picture: NDArray[np.uint8], quality: int) -> bytes:
+    """Encode a mono picture; the same picture gives the same bytes."""
+    options = [cv2.IMWRITE_JPEG_QUALITY, quality, cv2.IMWRITE_JPEG_OPTIMIZE, 1]
+    done, data = cv2.imencode(".jpg", picture, options)
+    if not done:
+        raise ValueError(f"OpenCV could not encode a picture of {picture.shape}, {picture.dtype}")
+    return data.tobytes()
+
+
+def write_jpeg_bag(path: Path, frames: Iterable[tuple[int, bytes]]) -> None:
+    """Write JPEG files, byte for byte, as CompressedImage messages on ``image_raw/compressed``.
+
+    The bag is written in a hidden folder beside `path` and moved in place when it is whole.
+
+    Parameters
+    ----------
+    path : Path
+        The rosbag2 folder (mcap) to make.
+    frames : iterable of (int, bytes)
+        Stamp in nanoseconds, and the JPEG file.
+
+    Raises
+    ------
+    FileExistsError
+        Where `path` is there already.
+    """
+    if path.exists():
+        raise FileExistsError(f"{path}: exists already; remove it or choose another name")
+    unfinished = path.with_name(f".{path.name}.part")
+    shutil.rmtree(unfinished, ignore_errors=True)
+    unfinished.mkdir(parents=True)
+    try:
+        with Writer(unfinished / path.name, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+            connection = writer.add_connection(
+                topics.IMAGE_COMPRESSED, _COMPRESSED, typestore=_TYPES
+            )
+            for stamp_ns, data in frames:
+                message = _compressed_image(stamp_ns, data)
+                writer.write(connection, stamp_ns, _TYPES.serialize_cdr(message, _COMPRESSED))
+        (unfinished / path.name).replace(path)
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def _compressed_image(stamp_ns: int, data: bytes) -> object:
+    time = _TYPES.types["builtin_interfaces/msg/Time"]
+    header = _TYPES.types["std_msgs/msg/Header"]
+    seconds, nanoseconds = divmod(stamp_ns, 10**9)
+    return _TYPES.types[_COMPRESSED](
+        header=header(stamp=time(sec=seconds, nanosec=nanoseconds), frame_id=CAMERA),
+        format="jpeg",
+        data=np.frombuffer(data, dtype=np.uint8),
+    )

@@ -1,0 +1,167 @@
+"""Calibration: a picture (or what the user knows) in, the rig's `Geometry` out."""
+
+from dataclasses import replace
+from math import atan2, hypot, isfinite, radians, remainder, tau
+
+import numpy as np
+
+from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.errors import NoChamberFound
+from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
+from worm_tracker.calibration.circle_fit import Circle, Picture, find_circles
+from worm_tracker.calibration.exit_fit import find_exit
+from worm_tracker.parameters import TrackerParameters
+
+NAN = float("nan")
+PASSAGE_LENGTH_M = 35e-3
+"""The paper's L, said where only one end of the passage is in view."""
+MAX_EXIT_OFF_RAD = radians(3.0)
+"""How far an exit may point past the other chamber's centre: the passage is straight."""
+
+
+def calibrate(
+    picture: Picture, parameters: TrackerParameters, stamp_ns: int, version: int = 1
+) -> Geometry:
+    """Find the chambers, their exits and the scale in one back-lit picture.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+        Dark walls on bright water (an inverted picture for a bright worm).
+    parameters : TrackerParameters
+        What is given is not looked for.
+    stamp_ns, version : int
+        Those of the geometry.
+
+    Returns
+    -------
+    Geometry
+        The left chamber, or the one given first, is ``chamber_a``. Without an exit in view its x
+        axis points to the right of the picture and `exit_width_m` is NaN.
+
+    Raises
+    ------
+    NoChamberFound
+        Where no circular wall stands out.
+    """
+    h, w = picture.shape
+    if parameters.no_chamber:
+        return Geometry(version, stamp_ns, w, h)
+    if parameters.chamber_given:
+        circles = _given_circles(parameters)
+    else:
+        circles = sorted(find_circles(picture), key=lambda circle: circle.u)
+    if not circles:
+        raise NoChamberFound(_why(picture))
+    names = (CHAMBER_A, CHAMBER_B)
+    chambers = tuple(
+        _chamber(picture, circle, name, parameters)
+        for name, circle in zip(names, circles, strict=False)
+    )
+    chambers = joined(chambers)
+    length = passage_length(chambers, parameters)
+    return Geometry(version, stamp_ns, w, h, chambers, parameters.depth_m, length)
+
+
+def passage_length(chambers: tuple[Chamber, ...], parameters: TrackerParameters) -> float:
+    """Return the length L from wall to wall along the passage, m.
+
+    It is what the user says, else what is seen, else (with one chamber in view) the paper's.
+    """
+    if isfinite(parameters.passage_length_m):
+        return parameters.passage_length_m
+    if len(chambers) < 2:
+        return PASSAGE_LENGTH_M
+    a, b = chambers
+    apart = hypot(b.centre_u_px - a.centre_u_px, b.centre_v_px - a.centre_v_px)
+    return apart / a.px_per_m - a.radius_m - b.radius_m
+
+
+def joined(chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
+    """Give two chambers that share a passage its width, where a worm hides one of its ends.
+
+    The passage is straight, from circle to circle: an exit that points elsewhere, or was not seen,
+    lies towards the other chamber's centre.
+    """
+    if len(chambers) < 2 or not any(isfinite(chamber.exit_width_m) for chamber in chambers):
+        return chambers
+    seen = []
+    for chamber, other in zip(chambers, chambers[::-1], strict=True):
+        right = other.centre_u_px - chamber.centre_u_px
+        towards = atan2(chamber.centre_v_px - other.centre_v_px, right)
+        off = abs(remainder(chamber.exit_rad - towards, tau))
+        faces = isfinite(chamber.exit_width_m) and off < MAX_EXIT_OFF_RAD
+        sd = hypot(chamber.centre_sd_px, other.centre_sd_px) / hypot(
+            right, chamber.centre_v_px - other.centre_v_px
+        )
+        seen.append(
+            chamber
+            if faces
+            else replace(chamber, exit_rad=towards, exit_width_m=NAN, exit_sd_rad=sd)
+        )
+    known = [c for c in seen if isfinite(c.exit_width_m)]
+    if not known:
+        return chambers
+    # A worm in the exit can only make it look narrower.
+    widest = max(known, key=lambda chamber: chamber.exit_width_m)
+    width_m, width_sd_m = widest.exit_width_m, widest.exit_width_sd_m
+    return tuple(
+        c
+        if isfinite(c.exit_width_m)
+        else replace(c, exit_width_m=width_m, exit_width_sd_m=width_sd_m)
+        for c in seen
+    )
+
+
+def _chamber(picture: Picture, circle: Circle, name: str, parameters: TrackerParameters) -> Chamber:
+    """Return the chamber of one circle, with its exit where there is one."""
+    exit_ = find_exit(picture, circle)
+    metres = parameters.radius_m / circle.radius
+    direction, sd = (exit_.direction_rad, exit_.direction_sd_rad) if exit_ else (0.0, NAN)
+    width, width_sd = (exit_.width_px * metres, exit_.width_sd_px * metres) if exit_ else (NAN, NAN)
+    if isfinite(parameters.exit_deg) and name == CHAMBER_A:
+        direction, sd = radians(parameters.exit_deg), NAN
+        width = parameters.exit_width_m if isfinite(parameters.exit_width_m) else width
+    if exit_ and isfinite(parameters.exit_width_m):
+        width, width_sd = parameters.exit_width_m, NAN
+    return Chamber(
+        name=name,
+        centre_u_px=circle.u,
+        centre_v_px=circle.v,
+        radius_px=circle.radius,
+        exit_rad=direction,
+        radius_m=parameters.radius_m,
+        exit_width_m=width,
+        residual_px=circle.residual,
+        centre_sd_px=circle.centre_sd,
+        radius_sd_px=circle.radius_sd,
+        exit_sd_rad=sd,
+        exit_width_sd_m=width_sd,
+    )
+
+
+def _given_circles(parameters: TrackerParameters) -> list[Circle]:
+    """Return the circles that the user gives, in that order."""
+    circles = [Circle(parameters.centre_u_px, parameters.centre_v_px, parameters.radius_px)]
+    if isfinite(parameters.radius_b_px):
+        second = Circle(parameters.centre_b_u_px, parameters.centre_b_v_px, parameters.radius_b_px)
+        circles.append(second)
+    return circles
+
+
+def _why(picture: Picture) -> str:
+    """Return one line that names the cause and the remedy."""
+    low, high = (float(np.quantile(picture, q)) for q in (0.02, 0.98))
+    if high < 8:
+        cause = "the picture is black"
+    elif low > 247:
+        cause = "the picture is saturated"
+    elif high - low < 12:
+        cause = "the picture has no contrast"
+    else:
+        cause = "no circular wall stands out in it"
+    return (
+        f"no chamber found: {cause}; check the light and the topic, give the circle "
+        "(centre_u_px, centre_v_px, radius_px), set polarity to bright where the worm is bright, "
+        "or track without a rig (no_chamber, --no-chamber)"
+    )

@@ -1,0 +1,156 @@
+"""Whether the camera or the rig has been bumped: the walls' edges, looked at in every frame."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_msgs_py.chamber import Chamber, Geometry
+from worm_tracker.calibration.circle_fit import Picture
+
+Floats = NDArray[np.float64]
+
+CIRCLE_POINTS = 64
+PASSAGE_POINTS = 12
+"""Points on each wall of a passage."""
+REACH_PX = 6
+"""How far to either side of the edge the brightness is read, at steps of a pixel."""
+MIN_MOVE_PX = 0.25
+"""Least outward move of a point that counts; five standard deviations where these are more."""
+MIN_PART = 0.2
+"""Part of a wall's points that must have moved outwards. A translation by d moves a third of the
+circle outwards by d/2 or more; a turn moves half of a passage's points."""
+MIN_VALID = 0.3
+"""Part of a wall's points that must be in view for anything to be said of it."""
+COVERED = 0.7
+"""Brightness of the water before a point, over what is expected, below which the worm is there."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Wall:
+    """Points of one wall among all points watched."""
+
+    first: int
+    last: int
+
+
+class WallWatch:
+    """Watches the walls of a rig.
+
+    What is bright beyond a wall cannot be the worm, which only makes things darker: a wall has
+    moved where enough of its points have moved outwards. That is blind to nothing that a bump can
+    do, because the other side of a chamber moves outwards where one moves inwards.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+        The picture that the rig was found in.
+    geometry : Geometry
+        The rig.
+    """
+
+    def __init__(self, picture: Picture, geometry: Geometry) -> None:
+        points, normals, self._walls = _watched(geometry)
+        t = np.arange(-REACH_PX, REACH_PX + 1, dtype=np.float64)
+        u = (points[:, :1] + normals[:, :1] * t).astype(np.float32)
+        v = (points[:, 1:] + normals[:, 1:] * t).astype(np.float32)
+        h, w = picture.shape
+        self._in_view = ((u >= 0) & (v >= 0) & (u <= w - 1) & (v <= h - 1)).all(1)
+        self._all_in_view = bool(self._in_view.all())
+        self._u, self._v = u, v
+        profiles = self._profiles(picture)
+        self._water = profiles[:, :2].mean(1)
+        wall = profiles[:, -2:].mean(1)
+        usual = float(np.median(self._water[self._in_view])) if self._in_view.any() else 1.0
+        clear = self._in_view & (self._water > COVERED * usual)
+        # Where the worm covers a point now, its light is taken to be that of the others.
+        self._water = np.where(clear, self._water, usual)
+        self._dark = float(np.median(wall[clear] / self._water[clear])) if clear.any() else 1.0
+        self._start, valid = self._edges(picture)
+        self._start[~valid] = np.nan
+        known = self._start[valid]
+        spread = float(np.median(np.abs(known - np.median(known)))) if len(known) else 0.0
+        self._least = max(MIN_MOVE_PX, 0.5 * 1.4826 * spread)
+
+    def moved(self, picture: Picture) -> bool:
+        """Tell whether the rig is elsewhere in the picture than it was."""
+        if self._dark > 0.9:
+            return False
+        edges, valid = self._edges(picture)
+        known = ~np.isnan(self._start)
+        seen = valid & known
+        outward = valid & (edges - self._start > self._least)
+        for wall in self._walls:
+            here = slice(wall.first, wall.last)
+            count = np.count_nonzero(seen[here])
+            if count < MIN_VALID * (wall.last - wall.first):
+                continue
+            if np.count_nonzero(outward[here]) >= MIN_PART * count:
+                return True
+        if not known.all():
+            new = valid & ~known
+            self._start[new] = edges[new]
+        return False
+
+    def _profiles(self, picture: Picture) -> NDArray[np.float32]:
+        sampled = cv2.remap(picture, self._u, self._v, cv2.INTER_LINEAR)
+        return sampled.astype(np.float32)
+
+    def _edges(self, picture: Picture) -> tuple[Floats, NDArray[np.bool_]]:
+        """Return how far the light reaches along each normal, and which points can be judged."""
+        profiles = self._profiles(picture)
+        water = (profiles[:, 0] + profiles[:, 1]) / 2
+        relative = water / self._water
+        gain = _middle(relative if self._all_in_view else relative[self._in_view])
+        valid = self._in_view & (relative > COVERED * gain)
+        bright = profiles / np.maximum(water, 1.0)[:, None]
+        bright -= self._dark
+        bright /= 1 - self._dark
+        np.minimum(np.maximum(bright, 0.0, out=bright), 1.1, out=bright)
+        return bright.sum(1, dtype=np.float64), valid
+
+
+def _middle(values: NDArray[np.floating]) -> float:
+    """Return the (upper) median; NumPy's own takes many times as long for so few values."""
+    return float(np.sort(values)[len(values) // 2]) if len(values) else 1.0
+
+
+def _watched(geometry: Geometry) -> tuple[Floats, Floats, list[_Wall]]:
+    """Return points on all walls, their outward normals, and which wall has which."""
+    points, normals, walls, count = [], [], [], 0
+    for chamber in geometry.chambers:
+        for place, normal in (_circle(chamber), _passage(chamber)):
+            if not len(place):
+                continue
+            points.append(place)
+            normals.append(normal)
+            walls.append(_Wall(count, count + len(place)))
+            count += len(place)
+    return np.concatenate(points), np.concatenate(normals), walls
+
+
+def _circle(chamber: Chamber) -> tuple[Floats, Floats]:
+    angles = np.linspace(0, 2 * np.pi, CIRCLE_POINTS, endpoint=False)
+    if np.isfinite(chamber.exit_width_m):
+        half = chamber.exit_width_m / 2 * chamber.px_per_m
+        gap = np.arcsin(min(1.0, half / chamber.radius_px)) + 2 * REACH_PX / chamber.radius_px
+        off = np.angle(np.exp(1j * (angles - chamber.exit_rad)))
+        angles = angles[np.abs(off) > gap]
+    normals = np.stack([np.cos(angles), -np.sin(angles)], axis=1)
+    centre = np.array([chamber.centre_u_px, chamber.centre_v_px])
+    return centre + chamber.radius_px * normals, normals
+
+
+def _passage(chamber: Chamber) -> tuple[Floats, Floats]:
+    """Return points on both walls; none where they are too near each other to be told apart."""
+    half = chamber.exit_width_m / 2 * chamber.px_per_m
+    if not half > REACH_PX / 2:
+        return np.empty((0, 2)), np.empty((0, 2))
+    # Where the passage's walls meet the circle there is no edge across the normal.
+    x = chamber.radius_px + np.linspace(2 * REACH_PX, 0.5 * chamber.radius_px, PASSAGE_POINTS)
+    x = np.concatenate([x, x]) / chamber.px_per_m
+    side = np.repeat([1.0, -1.0], PASSAGE_POINTS)
+    u, v = chamber.to_pixels(x, side * chamber.exit_width_m / 2)
+    far_u, far_v = chamber.to_pixels(x, side * (chamber.exit_width_m / 2 + 1 / chamber.px_per_m))
+    return np.stack([u, v], axis=1), np.stack([far_u - u, far_v - v], axis=1)

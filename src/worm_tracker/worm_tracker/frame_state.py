@@ -1,0 +1,166 @@
+"""From an observation, its head and the rig to what the tracker says of a frame."""
+
+from math import atan2, hypot, isfinite
+
+import numpy as np
+
+from worm_msgs_py.body import BodyState, Keypoint, Midline, TrackedFrame
+from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.frames import CAMERA, CHAMBER_A, Where
+from worm_tracker.midline.contour_midline import Floats, arc_length
+from worm_tracker.observation import Observation
+
+NAN = float("nan")
+PASSAGE_SLACK = 1.2
+"""How much wider than the exit the stretch is that counts as the passage: the head is a point on
+the body's edge, and W is known to a pixel."""
+UNSEEN_EXIT = 1.03
+"""Distance from the centre, over R, beyond which a head is in the passage whose width is not known
+yet."""
+
+
+def tracked_frame(
+    frame: int,
+    stamp_ns: int,
+    seen: Observation,
+    head_first: bool,
+    head_certainty: float,
+    geometry: Geometry | None,
+    px_per_mm: float = NAN,
+    home: str = "",
+) -> TrackedFrame:
+    """Put together all that is said of one frame.
+
+    Parameters
+    ----------
+    frame, stamp_ns : int
+        Number and stamp of the frame.
+    seen : Observation
+        What the picture says.
+    head_first : bool
+        Whether the midline's first point is the head.
+    head_certainty : float
+        How sure that is, 0.5 to 1.
+    geometry : Geometry or None
+        The rig; None where it has not been found yet.
+    px_per_mm : float
+        Scale of pictures without a chamber; NaN where it is not known.
+    home : str
+        `frame_id` of the frame before, the chamber that a head in the passage came from; empty
+        for the first frame.
+    """
+    points = seen.points if head_first else seen.points[::-1]
+    widths = seen.widths if head_first else seen.widths[::-1]
+    head_hidden, tail_hidden = seen.hidden if head_first else seen.hidden[::-1]
+    anchor = points[0] if len(points) else np.array([seen.u, seen.v])
+    chamber, where = locate(geometry, anchor, home)
+    scale = 1e3 * px_per_mm if chamber is None else chamber.px_per_m
+    body = len(points) > 0
+    length = float(arc_length(points)[-1]) if body and not any(seen.hidden) else NAN
+    head, tail = (Keypoint(), Keypoint())
+    if body and not head_hidden:
+        head = _keypoint(points[0], points[0] - _along(points, 0.1), chamber, scale)
+    if body and not tail_hidden:
+        tail = _keypoint(points[-1], _along(points, 0.9) - points[-1], chamber, scale)
+    centre = np.array([seen.u, seen.v])
+    heading = points[0] - centre if body and not head_hidden else np.full(2, NAN)
+    state = BodyState(
+        frame=frame,
+        stamp_ns=stamp_ns,
+        frame_id=chamber.name if chamber else CAMERA,
+        where=where if body and not head_hidden else Where.UNKNOWN,
+        status=seen.status,
+        geometry=geometry.version if chamber and geometry else 0,
+        confidence=seen.confidence,
+        head_certainty=head_certainty if body else 0.5,
+        head=head,
+        centroid=_keypoint(centre, heading, chamber, scale),
+        tail=tail,
+        length_px=length,
+        width_px=seen.width,
+        length_m=length / scale,
+        width_m=seen.width / scale,
+    )
+    if not body:
+        return TrackedFrame(state, Midline.empty())
+    s, widths = arc_length(points), widths.copy()
+    if any(seen.hidden):
+        unseen = np.ones(len(points), bool)
+        unseen[head_hidden : len(points) - tail_hidden] = False
+        points, s[unseen], widths[unseen] = points.copy(), NAN, NAN
+        points[unseen] = NAN
+    x, y = _metres(points[:, 0], points[:, 1], chamber, scale)
+    u, v = np.ascontiguousarray(points.T)
+    return TrackedFrame(state, Midline(u, v, x, y, s, widths))
+
+
+def _keypoint(point: Floats, direction: Floats, chamber: Chamber | None, scale: float) -> Keypoint:
+    """Return a point of the body, in the picture and in its frame."""
+    u, v = float(point[0]), float(point[1])
+    x, y = _metres(u, v, chamber, scale)
+    if chamber is None:
+        yaw = atan2(direction[1], direction[0])  # y down: clockwise as seen
+    else:
+        yaw = chamber.yaw(atan2(-direction[1], direction[0]))
+    return Keypoint(u, v, x, y, float(yaw))
+
+
+def _metres(u, v, chamber: Chamber | None, scale: float):  # type: ignore[no-untyped-def]
+    """Return metric coordinates in the chamber's frame, or in the camera's where there is none."""
+    if chamber is None:
+        return u / scale, v / scale
+    return chamber.to_metres(u, v)
+
+
+def _along(points: Floats, part: float) -> Floats:
+    """Return the point at a part of the length; the points are at equal steps."""
+    at = part * (len(points) - 1)
+    k = min(int(at), len(points) - 2)
+    return np.asarray(points[k] + (at - k) * (points[k + 1] - points[k]))
+
+
+def locate(geometry: Geometry | None, head: Floats, home: str = "") -> tuple[Chamber | None, Where]:
+    """Tell which part of the rig holds a head, and in whose frame its coordinates are given.
+
+    Parameters
+    ----------
+    geometry : Geometry or None
+        The rig.
+    head : ndarray, shape (2,)
+        (u, v); NaN where nothing is known.
+    home : str
+        The chamber that the head was in last; empty where that is not known.
+
+    Returns
+    -------
+    chamber : Chamber or None
+        The one that holds the head; for a head in the passage the one it came from (the nearest
+        where that is not known); None without a rig.
+    where : Where
+    """
+    if geometry is None or not geometry.chambers:
+        return None, Where.UNKNOWN
+    chambers = geometry.chambers
+    known = next((chamber for chamber in chambers if chamber.name == home), None)
+    if not isfinite(head[0]):
+        return known or chambers[0], Where.UNKNOWN
+    out = [
+        float(hypot(head[0] - c.centre_u_px, head[1] - c.centre_v_px)) / c.radius_px
+        for c in chambers
+    ]
+    nearest = chambers[out.index(min(out))]
+    if min(out) > 1 and any(_in_passage(chamber, geometry, head) for chamber in chambers):
+        return known or nearest, Where.PASSAGE
+    return nearest, Where.CHAMBER_A if nearest.name == CHAMBER_A else Where.CHAMBER_B
+
+
+def _in_passage(chamber: Chamber, geometry: Geometry, head: Floats) -> bool:
+    """Tell whether a point beyond a chamber's wall is between the walls of its passage."""
+    x, y = chamber.to_metres(float(head[0]), float(head[1]))
+    within = x > 0 and (
+        len(geometry.chambers) < 2 or x < chamber.radius_m + geometry.passage_length_m
+    )
+    if not isfinite(chamber.exit_width_m):
+        # The worm hides the exit: nowhere else can a head be that far beyond the wall.
+        return bool(hypot(x, y) > UNSEEN_EXIT * chamber.radius_m)
+    return bool(within and abs(y) < PASSAGE_SLACK * chamber.exit_width_m / 2)

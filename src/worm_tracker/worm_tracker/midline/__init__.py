@@ -1,0 +1,1 @@
+"""From a blob to a midline with its tips: contours, edges, body fits."""
