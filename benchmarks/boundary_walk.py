@@ -21,7 +21,8 @@ from rich.progress import track
 from rich.table import Table
 
 from worm_model.boundary_walk.first_passage import FirstPassage, SolvedWalk
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, WalkResult, simulate
+from worm_model.boundary_walk.monte_carlo import WalkResult, simulate
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, WalkState
 
 WALKS, SETS = 1_000_000, 50

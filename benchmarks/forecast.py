@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 from threadpoolctl import threadpool_limits
 
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.forecast import Forecaster
 from worm_model.inference.scores import HORIZONS_S, Scores, crps_exponential
 

@@ -5,7 +5,8 @@ from math import pi
 
 import numpy as np
 
-from worm_model.boundary_walk.monte_carlo import WalkParameters, simulate
+from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.inference.forecast import Forecaster
 from worm_msgs_py import Forecast, Observables, Where
 

@@ -10,7 +10,7 @@ from worm_analysis.pooling import Pool, WalkPrediction
 from worm_analysis.pooling.estimates import pooled_quantity
 from worm_model.boundary_walk.direction_correlation import direction_correlation
 from worm_model.boundary_walk.first_passage import SolvedWalk
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 
 LONGEST_IN_MEANS, BINS = 6.0, 48
 CURVE_MM = (0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0)

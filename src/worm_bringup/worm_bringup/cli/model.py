@@ -11,7 +11,7 @@ from rich.table import Table
 
 from worm_bringup.cli.model_compare import compare
 from worm_model.boundary_walk.figures import write_figure
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 from worm_model.boundary_walk.summary import CONVENTIONS, NO_FALL, WalkSummary, summarise
 from worm_msgs_py.errors import BadInput

@@ -15,7 +15,7 @@ from rich.table import Column, Table
 from worm_analysis.report.numbers import interval, value
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.model_comparisons import Case, compare_trials
-from worm_model.boundary_walk.monte_carlo import ReversalRule
+from worm_model.boundary_walk.parameters import ReversalRule
 from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.fit import Speed
 from worm_model.inference.intervals import Interval, overlap

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from worm_model.boundary_walk.monte_carlo import WalkParameters
+from worm_model.boundary_walk.parameters import WalkParameters
 
 _LONGEST = 50.0
 """Decays of the slow exponential after which C_θ is 0, or what it stays at."""

@@ -1,7 +1,8 @@
 """The law of the time that is left, from many states of one walk: three times as fast, less exact.
 
 `SolvedWalk` inverts the transform anew for short and for long times. Ten forecasts a second, all of
-one walk, need neither: here one contour serves all times of all states. Its sharp parts are exact
+one walk, need neither: here one contour serves all times of all states. Its singular terms are
+exact
 all the same.
 """
 
@@ -12,8 +13,8 @@ import numpy as np
 
 from worm_model.boundary_walk.first_passage import SolvedWalk
 from worm_model.boundary_walk.laplace_inversion import LATEST, Contour, Floats
-from worm_model.boundary_walk.relative_state import place_of
-from worm_model.boundary_walk.singular_paths import sharp_parts
+from worm_model.boundary_walk.relative_state import relative_state_of
+from worm_model.boundary_walk.singular_paths import singular_terms_of
 from worm_model.boundary_walk.state import WalkState
 from worm_model.boundary_walk.transform import solve_transform
 
@@ -25,7 +26,7 @@ _FINE, _ZOOMS = 65, 2
 """Where the law jumps, a quantile is an exact time: it is looked for in ever finer steps."""
 
 
-class QuickLaw:
+class FastFirstPassage:
     """Quantiles and probabilities of one walk, right to about 10⁻³ in probability.
 
     Parameters
@@ -56,10 +57,10 @@ class QuickLaw:
             Where the state is a slide within the exit's arc.
         """
         v, times = self._walk.speed_mm_s, self._grid_s
-        place = place_of(state, self._walk)
-        parts = sharp_parts(self._walk, place)
-        sharp = parts.transform(self._s / v, lambda mm: self._contour.decay(mm / v))
-        smooth = self._contour.invert_on_grid((self._solution.at(place) - sharp) / self._s)
+        relative = relative_state_of(state, self._walk)
+        parts = singular_terms_of(self._walk, relative)
+        singular = parts.transform(self._s / v, lambda mm: self._contour.decay(mm / v))
+        smooth = self._contour.invert_on_grid((self._solution.at(relative) - singular) / self._s)
         rounds = parts.until(float(times[-1]) * v)
 
         def within(at_s: Floats) -> Floats:

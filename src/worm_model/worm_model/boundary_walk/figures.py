@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from worm_model.boundary_walk.first_passage import FirstPassage, SolvedWalk
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 
 FORMATS = ".svg", ".png", ".pdf"
 REVERSALS = 0.35, 0.45, 0.55

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from worm_model.boundary_walk.laplace_inversion import LATEST, Complex, Contour, Floats
-from worm_model.boundary_walk.monte_carlo import WalkParameters
-from worm_model.boundary_walk.relative_state import Place, place_of
-from worm_model.boundary_walk.singular_paths import sharp_parts
-from worm_model.boundary_walk.singular_terms import Rounds, SharpParts
+from worm_model.boundary_walk.parameters import WalkParameters
+from worm_model.boundary_walk.relative_state import RelativeState, relative_state_of
+from worm_model.boundary_walk.singular_paths import singular_terms_of
+from worm_model.boundary_walk.singular_terms import SingularLaw, SingularTerms
 from worm_model.boundary_walk.state import WalkState
 from worm_model.boundary_walk.transform import Solution, solve_skips, solve_transform
 
@@ -66,8 +66,8 @@ class SolvedWalk:
         ValueError
             Where the state is a slide within the exit's arc.
         """
-        place = None if start is None else place_of(start, self._parameters)
-        return FirstPassage(self, place, error)
+        relative = None if start is None else relative_state_of(start, self._parameters)
+        return FirstPassage(self, relative, error)
 
     def forecast(self, state: WalkState) -> "FirstPassage":
         """Return the law of the time that is left, from a state: fast, right to 2e-5.
@@ -120,8 +120,10 @@ def _moment_radius(parameters: WalkParameters) -> float:
     s = np.geomspace(1e-12, 1e2, 60) * parameters.speed_mm_s / parameters.circumference_mm
     solution = solve_transform(parameters, s)
     wall = parameters.wall_mm
-    states = [Place(part * wall, hop, False) for part in (0.25, 0.5, 1.0) for hop in (False, True)]
-    lowest = np.min([solution.at(place).real for place in states], axis=0)
+    states = [
+        RelativeState(part * wall, hop, False) for part in (0.25, 0.5, 1.0) for hop in (False, True)
+    ]
+    lowest = np.min([solution.at(relative).real for relative in states], axis=0)
     return float(s[np.flatnonzero(lowest > 0.8)[-1]])
 
 
@@ -133,9 +135,9 @@ class FirstPassage:
     """
 
     walk: SolvedWalk
-    place: Place | None
+    relative: RelativeState | None
     error: float
-    _sharps: dict[int, Rounds] = field(default_factory=dict, repr=False)
+    _singular_laws: dict[int, SingularLaw] = field(default_factory=dict, repr=False)
     _smooth: dict[int, tuple[Contour, Complex, Floats]] = field(default_factory=dict, repr=False)
     _grids: dict[int, tuple[Floats, Floats, Floats]] = field(default_factory=dict, repr=False)
 
@@ -178,7 +180,7 @@ class FirstPassage:
             Where a time is below 0 or not finite.
         """
         times = _checked(t_s)
-        found = self._sharp(times).within(times * self._speed)
+        found = self._singular_law(times).within(times * self._speed)
         self._add_smooth(times, found, per_s=False)
         return np.clip(found, 0.0, 1.0).reshape(np.shape(t_s))
 
@@ -201,7 +203,7 @@ class FirstPassage:
             Where a time is below 0 or not finite.
         """
         times = _checked(t_s)
-        found = self._sharp(times).density(times * self._speed) * self._speed
+        found = self._singular_law(times).density(times * self._speed) * self._speed
         self._add_smooth(times, found, per_s=True)
         return np.maximum(found, 0.0).reshape(np.shape(t_s))
 
@@ -234,10 +236,10 @@ class FirstPassage:
         cell = min(max(cell, 1), len(times) - 1)
         low, high = times[cell - 1], times[cell]
         first = min(max(cell - 2, 0), len(times) - 4)
-        sharp = self._sharp_until(number)
+        singular = self._singular_law_until(number)
         for _ in range(3):
             fine = np.linspace(low, high, 33)
-            value = sharp.within(fine * self._speed)
+            value = singular.within(fine * self._speed)
             value += _cubic(fine, times[first : first + 4], smooth[first : first + 4])
             step = int(np.argmax(value >= probability)) if value[-1] >= probability else 32
             step = max(step, 1)
@@ -259,12 +261,12 @@ class FirstPassage:
             contour, _, smooth = self._smooth_part(number)
             first = contour.terms // 16
             times, smooth = contour.grid_s()[first:], smooth[first:]
-            found = smooth + self._sharp_until(number).within(times * self._speed)
+            found = smooth + self._singular_law_until(number).within(times * self._speed)
             self._grids[number] = times, smooth, np.maximum.accumulate(found)
         return self._grids[number]
 
     def _add_smooth(self, times: Floats, found: Floats, *, per_s: bool) -> None:
-        """Add what is left of the law without its sharp parts."""
+        """Add what is left of the law without its singular terms."""
         positive = np.flatnonzero(times > 0.0)
         numbers = np.array([self.walk.contour_number(t) for t in times[positive]], dtype=np.int64)
         for number in np.unique(numbers):
@@ -273,7 +275,7 @@ class FirstPassage:
             found[at] += contour.invert(transform if per_s else transform / contour.s, times[at])
 
     def _smooth_part(self, number: int) -> tuple[Contour, Complex, Floats]:
-        """Return a contour, the density's transform without its sharp parts, and `within` of it.
+        """Return a contour, the density's transform without its singular terms, and `within` of it.
 
         Terms are doubled until half of them give the same probabilities.
         """
@@ -283,7 +285,7 @@ class FirstPassage:
         a_round = _TERMS_A_ROUND * int(_RATIO ** max(number, 0))
         terms = min(max(_FEWEST_TERMS, a_round), _MOST_TERMS)
         while True:
-            contour, transform = self._without_sharp(number, terms)
+            contour, transform = self._regular_transform(number, terms)
             half = Contour(contour.period_s, terms // 2)
             cumulative = transform / contour.s
             values = contour.invert_on_grid(cumulative)
@@ -295,31 +297,31 @@ class FirstPassage:
         self._smooth[number] = contour, transform, values
         return self._smooth[number]
 
-    def _without_sharp(self, number: int, terms: int) -> tuple[Contour, Complex]:
+    def _regular_transform(self, number: int, terms: int) -> tuple[Contour, Complex]:
         contour, solution = self.walk.contour(number, terms)
         kappa = contour.s / self._speed
-        sharp = self._parts.transform(kappa, lambda mm: contour.decay(mm / self._speed))
-        return contour, self._of(solution) - sharp
+        singular = self._parts.transform(kappa, lambda mm: contour.decay(mm / self._speed))
+        return contour, self._of(solution) - singular
 
     def _of(self, solution: Solution) -> Complex:
-        return solution.uniform() if self.place is None else solution.at(self.place)
+        return solution.uniform() if self.relative is None else solution.at(self.relative)
 
-    def _sharp(self, times: Floats) -> Rounds:
+    def _singular_law(self, times: Floats) -> SingularLaw:
         longest = float(times.max(initial=0.0))
         if longest <= 0.0:
             return self._parts.until(0.0)
-        return self._sharp_until(self.walk.contour_number(longest))
+        return self._singular_law_until(self.walk.contour_number(longest))
 
-    def _sharp_until(self, number: int) -> Rounds:
-        """Return the sharp parts up to the last time that a contour serves."""
-        if number not in self._sharps:
+    def _singular_law_until(self, number: int) -> SingularLaw:
+        """Return the singular terms up to the last time that a contour serves."""
+        if number not in self._singular_laws:
             latest_mm = LATEST * self.walk.period_s(number) * self._speed
-            self._sharps[number] = self._parts.until(latest_mm)
-        return self._sharps[number]
+            self._singular_laws[number] = self._parts.until(latest_mm)
+        return self._singular_laws[number]
 
     @cached_property
-    def _parts(self) -> SharpParts:
-        return sharp_parts(self.walk.parameters, self.place)
+    def _parts(self) -> SingularTerms:
+        return singular_terms_of(self.walk.parameters, self.relative)
 
     @property
     def _speed(self) -> float:

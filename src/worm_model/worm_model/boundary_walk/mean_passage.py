@@ -3,7 +3,7 @@
 from functools import lru_cache
 
 from worm_model.boundary_walk.first_passage import SolvedWalk
-from worm_model.boundary_walk.monte_carlo import WalkParameters
+from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.state import Direction, WalkState
 
 TRIAL_S = 1800.0

@@ -1,120 +1,23 @@
 """The boundary walk: how long a head that slides and hops along the wall takes to find the exit.
 
-The walk of Biswas & Kudrolli (arXiv 2303.00647, section "Boundary search model"): its parameters,
-and its Monte Carlo, which checks the exact solution in `first_passage`.
+The walk of Biswas & Kudrolli (arXiv 2303.00647, section "Boundary search model") by Monte Carlo,
+which checks the exact solution in `first_passage`.
 """
 
 from dataclasses import dataclass
-from enum import StrEnum
-from math import hypot, inf, pi, sqrt
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 
 CONFIDENCE_95 = 1.959963984540054
 
 
-class ReversalRule(StrEnum):
-    """What a reversal's probability counts; the paper does not say."""
-
-    PER_CYCLE = "per_cycle"
-    """Once per slide + hop, after the hop."""
-    PER_PHASE = "per_phase"
-    """After each slide and after each hop."""
-    RATE = "rate"
-    """At any time, in either phase; `reversal` is a rate, 1/s."""
-
-
 @dataclass(frozen=True, slots=True)
-class WalkParameters:
-    """The walk's parameters; the defaults are the paper's.
-
-    Attributes
-    ----------
-    radius_mm, exit_width_mm, depth_mm : float
-        R, W and h.
-    speed_mm_s : float
-        v, along the wall, in both phases.
-    mean_slide_mm, mean_hop_mm : float
-        Means of the exponential laws of the distance in and out of contact, ⟨d_c⟩ and ⟨d_nc⟩.
-    reversal : float
-        Probability of turning around (`per_cycle`, `per_phase`), or its rate in 1/s (`rate`).
-    rule : ReversalRule
-        What `reversal` counts.
-    hop_may_land : bool
-        Whether a hop that ends above the exit finds it. Else it flies on to the exit's far edge.
-    effective_width : bool
-        Whether the exit is w_s = √(W² + h²) wide, as in the paper, or W.
-
-    Raises
-    ------
-    ValueError
-        Where a number makes no sense.
-    """
-
-    radius_mm: float = 10.0
-    exit_width_mm: float = 1.0
-    depth_mm: float = 1.5
-    speed_mm_s: float = 2.02
-    mean_slide_mm: float = 1.95
-    mean_hop_mm: float = 1.46
-    reversal: float = 0.30
-    rule: ReversalRule = ReversalRule.PER_CYCLE
-    hop_may_land: bool = True
-    effective_width: bool = True
-
-    def __post_init__(self) -> None:
-        for name in ("radius_mm", "speed_mm_s", "mean_slide_mm", "mean_hop_mm"):
-            if not 0.0 < getattr(self, name) < inf:
-                raise ValueError(f"{name} is {getattr(self, name)}; it must be above 0")
-        highest = inf if self.rule is ReversalRule.RATE else 1.0
-        if not 0.0 <= self.reversal <= highest:
-            raise ValueError(f"reversal is {self.reversal}; {self.rule} allows 0 to {highest:g}")
-        if not (self.exit_width_mm >= 0.0 and self.depth_mm >= 0.0):
-            raise ValueError("exit_width_mm and depth_mm must not be below 0")
-        if not 0.0 < self.exit_arc_mm < self.circumference_mm:
-            raise ValueError(
-                f"the exit's arc of {self.exit_arc_mm:g} mm must be above 0 and shorter than the "
-                f"wall's {self.circumference_mm:g} mm"
-            )
-
-    @property
-    def exit_arc_mm(self) -> float:
-        """Width of the exit's arc: w_s, or W."""
-        if self.effective_width:
-            return hypot(self.exit_width_mm, self.depth_mm)
-        return self.exit_width_mm
-
-    @property
-    def circumference_mm(self) -> float:
-        """2πR, the exit's arc included."""
-        return 2.0 * pi * self.radius_mm
-
-    @property
-    def wall_mm(self) -> float:
-        """Length of the wall outside the exit's arc."""
-        return self.circumference_mm - self.exit_arc_mm
-
-    @property
-    def flip_after_slide(self) -> float:
-        """Probability of turning around at the end of a slide."""
-        return self.reversal if self.rule is ReversalRule.PER_PHASE else 0.0
-
-    @property
-    def flip_after_hop(self) -> float:
-        """Probability of turning around at the end of a hop."""
-        return 0.0 if self.rule is ReversalRule.RATE else self.reversal
-
-    @property
-    def flip_rate_s(self) -> float:
-        """Rate of turning around at any time, 1/s."""
-        return self.reversal if self.rule is ReversalRule.RATE else 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Estimate:
+class MonteCarloMean:
     """A Monte Carlo mean with its 95 % interval."""
 
     value: float
@@ -140,11 +43,11 @@ class WalkResult:
     skips: NDArray[np.int64]
     found: NDArray[np.bool_]
 
-    def mean_tau_h_s(self) -> Estimate:
+    def mean_tau_h_s(self) -> MonteCarloMean:
         """⟨τ_h⟩; a lower bound where some walks did not find the exit."""
         return _mean(self.tau_h_s)
 
-    def mean_skips(self) -> Estimate:
+    def mean_skips(self) -> MonteCarloMean:
         """Skips per passage."""
         return _mean(self.skips.astype(np.float64))
 
@@ -313,7 +216,7 @@ def _turn(
     alive.forwards = alive.forwards ^ turns
 
 
-def _mean(values: NDArray[np.float64]) -> Estimate:
+def _mean(values: NDArray[np.float64]) -> MonteCarloMean:
     mean = float(values.mean())
     half = CONFIDENCE_95 * float(values.std(ddof=1)) / sqrt(len(values))
-    return Estimate(mean, mean - half, mean + half)
+    return MonteCarloMean(mean, mean - half, mean + half)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_model.boundary_walk.monte_carlo import WalkParameters, start_walkers, step
+from worm_model.boundary_walk.monte_carlo import start_walkers, step
+from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.state import WalkState
 
 

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from math import pi, remainder
 
-from worm_model.boundary_walk.monte_carlo import WalkParameters
+from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class RelativeState:
     """A state seen along its own direction: mirror images are one.
 
     Attributes
@@ -26,7 +26,7 @@ class Place:
     over_exit: bool
 
 
-def place_of(state: WalkState, parameters: WalkParameters) -> Place:
+def relative_state_of(state: WalkState, parameters: WalkParameters) -> RelativeState:
     """Return what lies ahead of a state.
 
     Raises
@@ -41,10 +41,10 @@ def place_of(state: WalkState, parameters: WalkParameters) -> Place:
     past = turn * parameters.radius_mm * remainder(state.theta_rad, 2.0 * pi)
     if abs(past) >= arc / 2.0:
         ahead = -past - arc / 2.0 if past < 0.0 else ring - past - arc / 2.0
-        return Place(min(max(ahead, 0.0), parameters.wall_mm), hopping, over_exit=False)
+        return RelativeState(min(max(ahead, 0.0), parameters.wall_mm), hopping, over_exit=False)
     if not hopping:
         raise ValueError(
             f"theta is {state.theta_rad:g} rad, within the exit's arc of ±{arc / ring * pi:.4g} "
             "rad: a head that slides there has found the exit; give another angle, or a hop"
         )
-    return Place(arc / 2.0 - past, hopping, over_exit=True)
+    return RelativeState(arc / 2.0 - past, hopping, over_exit=True)

@@ -1,4 +1,4 @@
-"""Where the law of τ_h is sharp: heads that do not turn, and those that turn once.
+"""Where the law of τ_h is singular: heads that do not turn, and those that turn once.
 
 In closed form. Without these parts what is left of the law has a continuous density, so that it can
 be inverted numerically.
@@ -9,28 +9,28 @@ from math import exp, expm1, sqrt
 
 import numpy as np
 
-from worm_model.boundary_walk.monte_carlo import WalkParameters
-from worm_model.boundary_walk.relative_state import Place
-from worm_model.boundary_walk.singular_terms import Floats, Series, SharpParts, hop_rates
+from worm_model.boundary_walk.parameters import WalkParameters
+from worm_model.boundary_walk.relative_state import RelativeState
+from worm_model.boundary_walk.singular_terms import Floats, Series, SingularTerms, hop_rates
 
 _SMALL = 1e-2
 
 
-def sharp_parts(parameters: WalkParameters, place: Place | None) -> SharpParts:
-    """Return the sharp parts of the law from a place, or from a uniform start (None)."""
-    tools = _tools(parameters)
-    if place is None:
-        return tools.from_anywhere()
-    return tools.above(place) if place.over_exit else tools.on_wall(place)
+def singular_terms_of(parameters: WalkParameters, relative: RelativeState | None) -> SingularTerms:
+    """Return the singular terms of the law from a state, or from a uniform start (None)."""
+    builder = _builder(parameters)
+    if relative is None:
+        return builder.from_anywhere()
+    return builder.above(relative) if relative.over_exit else builder.on_wall(relative)
 
 
 @lru_cache(maxsize=16)
-def _tools(parameters: WalkParameters) -> "_Tools":
-    return _Tools(parameters)
+def _builder(parameters: WalkParameters) -> "_TermBuilder":
+    return _TermBuilder(parameters)
 
 
-class _Tools:
-    """What a walk's sharp parts are made of; rows are (slide, hop), matrices act from the right.
+class _TermBuilder:
+    """What a walk's singular terms are made of; rows are (slide, hop), matrices act from the right.
 
     `keep` has the rates of the phases between reversals, and `flip` half the rates of reversal: two
     paths that were reversed at different places come apart at twice the speed.
@@ -48,8 +48,8 @@ class _Tools:
         self.over_arc = self.over(self.arc)
         self.around = self.over_arc @ self.along_wall
         """A hop at the exit, one round later, if there was no reversal."""
-        self.around_late = self.over_and_back(self.arc) @ self.along_wall
-        self.around_late += self.over_arc @ self.along_and_back(self.wall)
+        self.around_with_two_reversals = self.over_with_two_reversals(self.arc) @ self.along_wall
+        self.around_with_two_reversals += self.over_arc @ self.along_with_two_reversals(self.wall)
 
     def along(self, distance: float) -> Floats:
         """Return exp(keep·distance): phases at the end, if there was no reversal."""
@@ -85,7 +85,7 @@ class _Tools:
             return 0.0
         return float(-np.expm1(-arc / self.parameters.mean_hop_mm) * self.parameters.flip_after_hop)
 
-    def along_and_back(self, distance: float) -> Floats:
+    def along_with_two_reversals(self, distance: float) -> Floats:
         """Return the change of `along` by two reversals in short order, anywhere on the way.
 
         The head goes back by d and on again: found later by 2d, so it adds to the density.
@@ -100,7 +100,7 @@ class _Tools:
             + both * rest @ twice @ rest
         )
 
-    def over_and_back(self, arc: float) -> Floats:
+    def over_with_two_reversals(self, arc: float) -> Floats:
         """Return the same change of `over`."""
         _, leave = hop_rates(self.parameters)
         both, stays = 2.0 * self.flip[1, 1] ** 2, np.exp(-leave * arc)
@@ -109,12 +109,12 @@ class _Tools:
         ends = (-np.expm1(-leave * arc) - leave * arc * stays) / leave**2
         return np.array([both * ends / self.parameters.mean_hop_mm, both * arc * stays])
 
-    def finds_late(self, before: float, row: Floats, late: Floats) -> list[Series]:
+    def finds_after_two_reversals(self, before: float, row: Floats, late: Floats) -> list[Series]:
         """Return the jumps of the density just behind the atoms, by two reversals.
 
         `late` is the change of `row`.
         """
-        arc, around, change = self.arc, self.around, self.around_late
+        arc, around, change = self.arc, self.around, self.around_with_two_reversals
         found = []
         for after, slide, hop in ((0.0, 1.0, 0.0), (arc, 0.0, self.edge_find(arc))):
             if not (slide or hop):
@@ -168,27 +168,31 @@ class _Tools:
             *self.turns_again(before + arc, row, pass_over @ self.flip, 1.0),
         ]
 
-    def on_wall(self, place: Place) -> SharpParts:
-        ahead = place.ahead_mm
-        start = np.array([0.0, 1.0] if place.hopping else [1.0, 0.0])
+    def on_wall(self, relative: RelativeState) -> SingularTerms:
+        ahead = relative.ahead_mm
+        start = np.array([0.0, 1.0] if relative.hopping else [1.0, 0.0])
         row = start @ self.along(ahead)
         behind = self.wall - ahead
         jumps = [
-            *self.finds_late(ahead, row, start @ self.along_and_back(ahead)),
+            *self.finds_after_two_reversals(
+                ahead, row, start @ self.along_with_two_reversals(ahead)
+            ),
             *self.finds(behind, start @ self.flip @ self.along(behind)),
             *self.turned_at_exit(ahead, row),
         ]
         return self._parts(self.finds(ahead, row), self.finds_by_landing(ahead, row), jumps)
 
-    def above(self, place: Place) -> SharpParts:
-        ahead, arc = place.ahead_mm, self.arc
+    def above(self, relative: RelativeState) -> SingularTerms:
+        ahead, arc = relative.ahead_mm, self.arc
         out = self.over(ahead)
         back = self.along_wall
         turning = self.flip[1, 1]
         behind = arc - ahead
-        late = self.over_and_back(ahead) @ back + out @ self.along_and_back(self.wall)
+        late = self.over_with_two_reversals(ahead) @ back + out @ self.along_with_two_reversals(
+            self.wall
+        )
         jumps = [
-            *self.finds_late(ahead + self.wall, out @ back, late),
+            *self.finds_after_two_reversals(ahead + self.wall, out @ back, late),
             *self.finds(behind + self.wall, turning * self.over(behind) @ back),
             *self.finds(ahead + arc + self.wall, -turning * out[1] * self.over_arc @ back),
             *self.finds(ahead, out @ self.flip),
@@ -201,7 +205,7 @@ class _Tools:
             landings.append((Series(0.0, 1.0), ahead))
         return self._parts(atoms, landings, jumps)
 
-    def from_anywhere(self) -> SharpParts:
+    def from_anywhere(self) -> SingularTerms:
         start = np.array([1.0, 0.0])
         jumps = [
             *self.finds(0.0, start, 1.0 / self.wall),
@@ -218,9 +222,9 @@ class _Tools:
 
     def _parts(
         self, atoms: list[Series], landings: list[tuple[Series, float]], jumps: list[Series]
-    ) -> SharpParts:
+    ) -> SingularTerms:
         fade = float(-np.trace(self.keep) / 2.0)
-        return SharpParts(
+        return SingularTerms(
             self.parameters,
             float(self.around[1]),
             fade,

@@ -1,4 +1,4 @@
-"""The sharp parts of the law of τ_h, as a transform and as functions of time.
+"""The singular terms of the law of τ_h, as a transform and as functions of time.
 
 A head that does not turn reaches the exit at one exact time, so τ_h has atoms; the landing of hops,
 and single reversals, make its density jump. All recur with each round of the ring.
@@ -11,12 +11,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_model.boundary_walk.monte_carlo import WalkParameters
+from worm_model.boundary_walk.parameters import WalkParameters
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 _NEGLIGIBLE = 1e-15
-_AT_ONCE = 1_000_000
+_MOST_NUMBERS_HELD = 1_000_000
 """Numbers held at once."""
 
 
@@ -35,8 +35,8 @@ class Series:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class SharpParts:
-    """The sharp parts of the law from one start; distances stand for times.
+class SingularTerms:
+    """The singular terms of the law from one start; distances stand for times.
 
     Attributes
     ----------
@@ -91,10 +91,10 @@ class SharpParts:
             jumps += of(jump)
         return total + jumps / (kappa + self.fade_per_mm)
 
-    def until(self, longest_mm: float) -> "Rounds":
+    def until(self, longest_mm: float) -> "SingularLaw":
         """Return these parts, each round by itself, up to a distance."""
         arcs = [arc for _, arc in self.landings]
-        return Rounds(
+        return SingularLaw(
             hop_rates(self.parameters),
             self.fade_per_mm,
             self._rounds(self.atoms, longest_mm),
@@ -122,8 +122,8 @@ class SharpParts:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Rounds:
-    """The sharp parts as functions of distance: pairs of where each begins and its weight."""
+class SingularLaw:
+    """The singular terms as functions of distance: pairs of where each begins and its weight."""
 
     hop_rates_per_mm: tuple[float, float]
     fade_per_mm: float
@@ -166,7 +166,7 @@ def _sum(
     """Return Σ weight·shape(distance − begin) over the parts that have begun."""
     where, weights = begins
     total = np.zeros(len(distance_mm))
-    rows = max(_AT_ONCE // max(len(where), 1), 1)
+    rows = max(_MOST_NUMBERS_HELD // max(len(where), 1), 1)
     for first in range(0, len(distance_mm), rows):
         since = distance_mm[first : first + rows, np.newaxis] - where
         begun = since >= 0.0

@@ -7,7 +7,7 @@ from typing import Any
 
 from worm_model.boundary_walk.direction_correlation import persistence_time_s
 from worm_model.boundary_walk.first_passage import SolvedWalk
-from worm_model.boundary_walk.monte_carlo import WalkParameters
+from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.state import WalkState
 
 LEVELS = 0.05, 0.5, 0.95

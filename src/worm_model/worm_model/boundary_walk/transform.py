@@ -18,8 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_model.boundary_walk.monte_carlo import WalkParameters
-from worm_model.boundary_walk.relative_state import Place
+from worm_model.boundary_walk.parameters import WalkParameters
+from worm_model.boundary_walk.relative_state import RelativeState
 
 Complex = NDArray[np.complex128]
 _SAME = 1e-13
@@ -45,7 +45,7 @@ class Solution:
     found: float
     """The quantity where the exit is found: 1, or 0 where skips are counted."""
 
-    def at(self, place: Place) -> Complex:
+    def at(self, place: RelativeState) -> Complex:
         """Return the quantity from one state, shape of κ."""
         if place.over_exit:
             return self._above(place.ahead_mm)

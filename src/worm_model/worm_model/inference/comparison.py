@@ -14,7 +14,7 @@ from worm_model.boundary_walk.mean_passage import (
     mean_tau_h_s,
     skips_per_trial,
 )
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.escape import PAPER_SUCCESS, EscapeTimes, escape_time
 from worm_model.inference.fit import LOWEST, MM_PER_M, REVERSAL_NAMES, Fit, Speed, interval_of
 from worm_model.inference.intervals import NOTHING, Interval

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite, radians, sin, sqrt
 
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.intervals import NOTHING, Interval
 from worm_model.inference.reversal_counts import Reversals
 from worm_msgs_py import Geometry, Quantity

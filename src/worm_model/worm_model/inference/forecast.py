@@ -3,9 +3,9 @@
 from dataclasses import replace
 from math import copysign, isfinite, nan, pi, remainder
 
-from worm_model.boundary_walk.fast_first_passage import QuickLaw
+from worm_model.boundary_walk.fast_first_passage import FastFirstPassage
 from worm_model.boundary_walk.first_passage import FirstPassage, SolvedWalk
-from worm_model.boundary_walk.monte_carlo import WalkParameters
+from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 from worm_model.inference.scores import HORIZONS_S
 from worm_msgs_py import Forecast, Observables, Where
@@ -28,7 +28,7 @@ class Forecaster:
 
     def __init__(self, walk: WalkParameters, measured: tuple[tuple[str, bool], ...]):
         self._solved = SolvedWalk(walk)
-        self._quick = QuickLaw(self._solved, HORIZONS_S[-1])
+        self._fast_law = FastFirstPassage(self._solved, HORIZONS_S[-1])
         self._measured = measured
         self.mean_s = self._solved.first_passage().mean_s
 
@@ -62,7 +62,7 @@ class Forecaster:
         state = self.state(observables.theta_h_rad, direction, contact)
         if observables.where not in _CHAMBERS or state is None:
             return forecast, None
-        (low, median, high), within = self._quick(state, QUANTILES, HORIZONS_S)
+        (low, median, high), within = self._fast_law(state, QUANTILES, HORIZONS_S)
         told = replace(
             forecast,
             median_s=median,

@@ -16,7 +16,7 @@ from scipy.optimize import brentq
 
 from worm_model.boundary_walk.direction_correlation import persistence_time_s
 from worm_model.boundary_walk.mean_passage import mean_again_s, mean_tau_h_s, skips_per_trial
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.escape import PAPER_SUCCESS, escape_time
 from worm_model.inference.fit import PAPER, REVERSAL_NAMES, Fit, Speed, interval_of
 from worm_model.inference.intervals import Interval

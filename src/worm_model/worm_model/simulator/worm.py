@@ -156,7 +156,7 @@ class _Chain:
         return np.stack([z.real, z.imag], axis=1)
 
     def _tip(self, head: HeadPath) -> complex:
-        """Place the head tip: its rounded end, leaning, needs a small gap to the wall."""
+        """RelativeState the head tip: its rounded end, leaning, needs a small gap to the wall."""
         long, half = HEAD_TAPER_WIDTHS * self._walker.width_mm, 0.5 * self._walker.width_mm
         lean = min(abs(head.lean_rad), LEAN_RAD)
         reach = np.hypot(long * cos(lean), half * sin(lean)) - long * cos(lean)

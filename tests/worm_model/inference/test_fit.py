@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_model.boundary_walk.monte_carlo import ReversalRule
+from worm_model.boundary_walk.parameters import ReversalRule
 from worm_model.inference.fit import REVERSAL_NAMES, Speed, fit_walk
 from worm_model.inference.intervals import exponential_mean, fraction
 from worm_model.inference.reversal_counts import PhaseDirections, Reversals

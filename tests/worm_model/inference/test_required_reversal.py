@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.fit import Speed, fit_walk
 from worm_model.inference.required_reversal import (
     OBSERVABLES,

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.stats import kstest
 
 from worm_model.boundary_walk.direction_correlation import direction_correlation, persistence_time_s
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, simulate
+from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 
 PAPER = WalkParameters()
 STANDARD_ERRORS = 4.0

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from simulated_passages import observables, passages
 
-from worm_model.boundary_walk.fast_first_passage import QuickLaw
+from worm_model.boundary_walk.fast_first_passage import FastFirstPassage
 from worm_model.boundary_walk.first_passage import SolvedWalk
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.forecast import QUANTILES, Forecaster, direction_of
@@ -102,7 +102,7 @@ def test_a_quantile_beyond_the_longest_time_is_that_of_the_exact_law():
     """Hops fly over the exit and slides are short: from there it takes far longer than anywhere."""
     walk = replace(PAPER, mean_slide_mm=0.05, mean_hop_mm=5.0, hop_may_land=False, reversal=0.4)
     solved = SolvedWalk(walk)
-    quick = QuickLaw(solved, 60.0)
+    quick = FastFirstPassage(solved, 60.0)
     state = WalkState(2.0, Direction.COUNTER_CLOCKWISE, Phase.HOP)
     for probability in (0.95, 0.99, 0.999):
         ((told_s,), _) = quick(state, [probability], [])

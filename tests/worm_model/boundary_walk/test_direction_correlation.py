@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from worm_model.boundary_walk.direction_correlation import direction_correlation, persistence_time_s
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 
 PAPER = WalkParameters()
 

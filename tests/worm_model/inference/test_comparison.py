@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from worm_model.boundary_walk.mean_passage import mean_again_s, mean_tau_h_s, skips_per_trial
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, simulate
+from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, WalkState
 from worm_model.inference.comparison import ModelParameters, can_compare, compare, has_exit
 from worm_model.inference.escape import EscapeTimes

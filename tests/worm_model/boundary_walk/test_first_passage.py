@@ -12,7 +12,8 @@ from scipy.linalg import expm
 from scipy.stats import binom
 
 from worm_model.boundary_walk.first_passage import SURE, SolvedWalk
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, simulate
+from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 
 PAPER = WalkParameters()

@@ -6,7 +6,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from worm_model.boundary_walk.monte_carlo import ReversalRule, WalkParameters, simulate
+from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.paths import walk_paths
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 
