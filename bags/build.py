@@ -19,7 +19,7 @@ from rich.progress import track
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from worm_model.simulator.film import FilmFrame, stamp_of, write_film, write_jpeg_bag
+from worm_model.simulator.film import FilmFrame, frame_stamp_ns, write_film, write_jpeg_bag
 from worm_model.simulator.rig import Body, Optics, Rig, draw, truth_of
 
 HERE = Path(__file__).parent
@@ -88,7 +88,7 @@ def build_wormtracer(bag: Path, video: Path | None = None, frames: int | None = 
     """Write the bag from the original video, or from the bag of the repository."""
     pictures = jpegs_of_avi(video) if video else jpegs_of_bag(HERE / "wormtracer")
     pictures = pictures[:frames]
-    stamped = ((stamp_of(k, WORMTRACER_FPS), data) for k, data in enumerate(pictures))
+    stamped = ((frame_stamp_ns(k, WORMTRACER_FPS), data) for k, data in enumerate(pictures))
     write_jpeg_bag(bag, track(stamped, f"writing {bag.name}", total=len(pictures)))
 
 
@@ -156,7 +156,7 @@ def larva_film(frames: int) -> Iterator[FilmFrame]:
     )
     for frame in track(range(frames), "drawing larva"):
         body = body_in_picture(mm[frame])
-        stamp_ns = stamp_of(frame, LARVA_FPS)
+        stamp_ns = frame_stamp_ns(frame, LARVA_FPS)
         yield FilmFrame(stamp_ns, draw(rig, body, frame), truth_of(rig, body, frame, stamp_ns))
 
 

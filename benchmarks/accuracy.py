@@ -16,7 +16,7 @@ from rich.table import Table
 
 from worm_analysis.analysis import Analysis
 from worm_bringup.tables import track_row
-from worm_model.evaluation import Circle, Evaluation, evaluate, record_of
+from worm_model.evaluation import ChamberCircle, Evaluation, evaluate, frame_table_of
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Geometry, TrackedFrame
 from worm_msgs_py.errors import TrackerError
@@ -67,8 +67,8 @@ def measured(scene: str, take: Take) -> Evaluation:
         keep(tracker.push(frame.picture, frame.stamp_ns))
     keep(tracker.finish())
     return evaluate(
-        record_of("tracks", columns(rows), circles(tracker.geometry)),
-        record_of("truth", columns(truth)),
+        frame_table_of("tracks", columns(rows), circles(tracker.geometry)),
+        frame_table_of("truth", columns(truth)),
     )
 
 
@@ -76,9 +76,9 @@ def columns(rows: list[dict[str, Any]]) -> dict[str, list[Any]]:
     return {name: [row[name] for row in rows] for name in rows[0]}
 
 
-def circles(geometry: Geometry | None) -> dict[str, Circle]:
+def circles(geometry: Geometry | None) -> dict[str, ChamberCircle]:
     return {
-        chamber.name: Circle(
+        chamber.name: ChamberCircle(
             chamber.centre_u_px, chamber.centre_v_px, chamber.radius_px, degrees(chamber.exit_rad)
         )
         for chamber in (geometry.chambers if geometry else ())

@@ -21,7 +21,7 @@ from rich.progress import track
 from rich.table import Table
 
 from worm_model.boundary_walk.first_passage import FirstPassage, SolvedWalk
-from worm_model.boundary_walk.monte_carlo import WalkResult, simulate
+from worm_model.boundary_walk.monte_carlo import WalkResult, simulate_walks
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, WalkState
 
@@ -53,7 +53,7 @@ def random_parameters(random: np.random.Generator, rule: ReversalRule) -> WalkPa
 def many(parameters: WalkParameters, walks: int, seed: int) -> WalkResult:
     """Run walks in batches that stay in the processor's cache."""
     batches = [
-        simulate(parameters, min(BATCH, walks - first), seed * 10_000 + first // BATCH)
+        simulate_walks(parameters, min(BATCH, walks - first), seed * 10_000 + first // BATCH)
         for first in range(0, walks, BATCH)
     ]
     return WalkResult(
@@ -138,7 +138,7 @@ def costs() -> Costs:
     times = []
     for seed in range(4):
         begin = time.process_time()
-        result = simulate(parameters, BATCH, seed)
+        result = simulate_walks(parameters, BATCH, seed)
         taken = time.process_time() - begin
         error = float(result.tau_h_s.std() / result.tau_h_s.mean()) / np.sqrt(BATCH)
         times.append(taken * (error / PRECISION) ** 2)

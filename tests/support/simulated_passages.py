@@ -5,7 +5,7 @@ from math import pi
 
 import numpy as np
 
-from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.monte_carlo import simulate_walks
 from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.inference.forecast import Forecaster
 from worm_msgs_py import Forecast, Observables, Where
@@ -31,5 +31,5 @@ def passages(
         frame = observables(theta, random.choice([-1.0, 1.0]), bool(random.random() < 0.57))
         forecast, law = forecaster(frame)
         start = forecaster.state(theta, forecast.direction, forecast.contact)
-        result = simulate(walk, walks, seed + 1 + number, start=start)
+        result = simulate_walks(walk, walks, seed + 1 + number, start=start)
         yield forecast, law, result.tau_h_s

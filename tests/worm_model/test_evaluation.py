@@ -11,12 +11,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from worm_model.evaluation import (
-    Circle,
+    ChamberCircle,
     EvaluationError,
     evaluate,
+    frame_table_of,
     read_tracks,
     read_truth,
-    record_of,
 )
 from worm_model.evaluation.figures import matches, runs
 
@@ -56,8 +56,8 @@ def straight_worm():
 def compared(change=lambda columns: None, truth=None, circles=None, **options):
     columns = straight_worm()
     change(columns)
-    tracks = record_of("tracks", columns, circles)
-    return evaluate(tracks, record_of("truth", truth or straight_worm()), **options)
+    tracks = frame_table_of("tracks", columns, circles)
+    return evaluate(tracks, frame_table_of("truth", truth or straight_worm()), **options)
 
 
 def value(result, name):
@@ -137,7 +137,7 @@ def test_a_midline_of_few_points_on_an_arc_is_as_good_as_one_of_many():
         phi = np.linspace(0.0, 2.0, count)
         columns["midline_u_px"] = [(60.0 * np.cos(phi)).tolist()] * FRAMES
         columns["midline_v_px"] = [(60.0 * np.sin(phi)).tolist()] * FRAMES
-    result = evaluate(record_of("few", few), record_of("truth", truth))
+    result = evaluate(frame_table_of("few", few), frame_table_of("truth", truth))
     assert value(result, "midline_rms_median") < 0.02
 
 
@@ -224,7 +224,7 @@ def test_where_that_is_wrong_or_unknown_is_not_right():
 
 
 def test_circles_are_compared_by_name_and_exits_on_the_round():
-    found = {"chamber_a": Circle(500.3, 509.6, 402.0, -179.5)}
+    found = {"chamber_a": ChamberCircle(500.3, 509.6, 402.0, -179.5)}
     result = compared(circles=found)
     assert value(result, "chamber_a_centre_error") == pytest.approx(0.5)
     assert value(result, "chamber_a_radius_error") == pytest.approx(0.5)
@@ -374,6 +374,6 @@ def test_the_order_of_rows_does_not_matter(seed):
     order = np.random.default_rng(seed).permutation(FRAMES)
     mixed = {name: [deepcopy(values[k]) for k in order] for name, values in columns.items()}
     straight = compared().document()
-    tracks, truth = record_of("tracks", mixed), record_of("truth", columns)
+    tracks, truth = frame_table_of("tracks", mixed), frame_table_of("truth", columns)
     assert evaluate(tracks, truth).document() == straight
     assert evaluate(truth, tracks).document() == straight

@@ -10,7 +10,7 @@ import numpy as np
 from worm_analysis.pooling import Pool, trial_sums
 from worm_analysis.pooling.estimates import pooled_quantities
 from worm_analysis.results import Results, read_results
-from worm_model.inference.comparison import ModelParameters, can_compare, compare
+from worm_model.inference.comparison import ModelParameters, can_compare, compare_with_walk
 from worm_model.inference.escape import EscapeTimes
 from worm_model.inference.fit import fit_walk
 from worm_model.inference.reversal_counts import Reversals
@@ -141,7 +141,7 @@ def _case(
         effective_width=parameters.effective_width,
     )
     stamps = results.tracks["stamp_ns"]
-    comparison, _ = compare(
+    comparison, _ = compare_with_walk(
         quantities,
         fit,
         int(stamps[-1]) if len(stamps) else 0,

@@ -11,8 +11,8 @@ from scipy.integrate import solve_bvp
 from scipy.linalg import expm
 from scipy.stats import binom
 
-from worm_model.boundary_walk.first_passage import SURE, SolvedWalk
-from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.first_passage import HIGHEST_PROBABILITY, SolvedWalk
+from worm_model.boundary_walk.monte_carlo import simulate_walks
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 
@@ -73,7 +73,10 @@ def test_the_law_is_that_of_the_monte_carlo():
 
 
 def standard_errors_off(walk, start, seed, count=4000):
-    law, result = SolvedWalk(walk).first_passage(start), simulate(walk, count, seed, start=start)
+    law, result = (
+        SolvedWalk(walk).first_passage(start),
+        simulate_walks(walk, count, seed, start=start),
+    )
     times_s = np.array([0.2, 0.7, 1.5, 3.0]) * law.mean_s
     survival = law.survival(times_s)
     measured = (result.tau_h_s[:, np.newaxis] > times_s).mean(axis=0)
@@ -423,7 +426,7 @@ def test_a_slide_in_the_exit_has_found_it():
     assert law.quantile(0.9) < 1e-6
 
 
-@pytest.mark.parametrize("wrong", [0.0, -0.1, 1.0, SURE * 1.001, nan])
+@pytest.mark.parametrize("wrong", [0.0, -0.1, 1.0, HIGHEST_PROBABILITY * 1.001, nan])
 def test_quantiles_that_make_no_sense_are_refused(wrong):
     with pytest.raises(ValueError, match="probability is"):
         SolvedWalk(PAPER).first_passage().quantile(wrong)

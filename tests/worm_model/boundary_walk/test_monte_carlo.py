@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.stats import kstest
 
 from worm_model.boundary_walk.direction_correlation import direction_correlation, persistence_time_s
-from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.monte_carlo import simulate_walks
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 
 PAPER = WalkParameters()
@@ -27,7 +27,7 @@ def assert_agrees(estimate, value, standard_errors=STANDARD_ERRORS):
     [(0.30, ReversalRule.PER_CYCLE, 50.88, 0.151), (0.45, ReversalRule.PER_PHASE, 98.84, 0.129)],
 )
 def test_known_values_at_one_millimetre(reversal, rule, tau_s, skips):
-    result = simulate(replace(PAPER, reversal=reversal, rule=rule), 30_000, seed=1)
+    result = simulate_walks(replace(PAPER, reversal=reversal, rule=rule), 30_000, seed=1)
     assert result.found.all()
     assert_agrees(result.mean_tau_h_s(), tau_s)
     assert_agrees(result.mean_skips(), skips)
@@ -35,7 +35,7 @@ def test_known_values_at_one_millimetre(reversal, rule, tau_s, skips):
 
 def test_a_head_that_never_turns_nor_leaves_the_wall_finds_the_exit_uniformly_in_one_round():
     walk = replace(PAPER, reversal=0.0, mean_hop_mm=1e-9, mean_slide_mm=5.0)
-    result = simulate(walk, 5_000, seed=2)
+    result = simulate_walks(walk, 5_000, seed=2)
     longest_s = (2 * pi * 10.0 - hypot(1.0, 1.5)) / 2.02
     assert kstest(result.tau_h_s, "uniform", args=(0.0, longest_s)).pvalue > 0.01
     assert result.skips.sum() == 0
@@ -49,7 +49,7 @@ def test_skips_of_a_head_that_never_turns_follow_their_closed_form():
     later = hop / (slide + hop) * over
     reach = (1 / slide + 1 / hop) * (walk.circumference_mm - arc)
     first = later * (1 - (1 - exp(-reach)) / reach)  # it starts sliding, anywhere on the wall
-    assert_agrees(simulate(walk, 50_000, seed=3).mean_skips(), first / (1 - later))
+    assert_agrees(simulate_walks(walk, 50_000, seed=3).mean_skips(), first / (1 - later))
 
 
 @pytest.mark.parametrize("rate_s", [0.02, 0.2, 1.0])
@@ -60,12 +60,12 @@ def test_a_sliding_head_that_turns_at_random_takes_the_telegraph_time(rate_s):
     )
     length, v = walk.circumference_mm - walk.exit_arc_mm, walk.speed_mm_s
     mean = length / (2 * v) + rate_s * length**2 / (6 * v**2)
-    assert_agrees(simulate(walk, 20_000, seed=4).mean_tau_h_s(), mean)
+    assert_agrees(simulate_walks(walk, 20_000, seed=4).mean_tau_h_s(), mean)
 
 
 def test_a_hop_that_may_not_land_skips_more_and_searches_longer():
-    lands = simulate(PAPER, 20_000, seed=5)
-    flies = simulate(replace(PAPER, hop_may_land=False), 20_000, seed=5)
+    lands = simulate_walks(PAPER, 20_000, seed=5)
+    flies = simulate_walks(replace(PAPER, hop_may_land=False), 20_000, seed=5)
     assert flies.mean_tau_h_s().low > lands.mean_tau_h_s().high
     assert flies.mean_skips().low > lands.mean_skips().high
 
@@ -84,7 +84,7 @@ def test_every_walk_is_found_and_no_walk_is_faster_than_its_speed(
     walk = replace(
         PAPER, exit_width_mm=width, rule=rule, reversal=reversal, hop_may_land=hop_may_land
     )
-    result = simulate(walk, 50, seed)
+    result = simulate_walks(walk, 50, seed)
     assert result.found.all()
     assert (result.tau_h_s > 0).all()
     assert (result.skips >= 0).all()
@@ -94,14 +94,14 @@ def test_every_walk_is_found_and_no_walk_is_faster_than_its_speed(
 
 
 def test_the_same_seed_gives_the_same_walks():
-    first, again, other = (simulate(PAPER, 500, seed) for seed in (6, 6, 7))
+    first, again, other = (simulate_walks(PAPER, 500, seed) for seed in (6, 6, 7))
     np.testing.assert_array_equal(first.tau_h_s, again.tau_h_s)
     np.testing.assert_array_equal(first.skips, again.skips)
     assert np.any(first.tau_h_s != other.tau_h_s)
 
 
 def test_a_walk_that_takes_too_long_is_said_to_have_found_nothing():
-    result = simulate(PAPER, 1000, seed=8, horizon_s=20.0)
+    result = simulate_walks(PAPER, 1000, seed=8, horizon_s=20.0)
     assert 0.1 < result.found.mean() < 0.9
     assert (result.tau_h_s[~result.found] == 20.0).all()
     assert (result.tau_h_s[result.found] <= 20.0).all()

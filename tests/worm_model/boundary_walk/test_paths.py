@@ -6,7 +6,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.monte_carlo import simulate_walks
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.paths import walk_paths
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
@@ -19,7 +19,7 @@ PAPER = WalkParameters()
 def test_a_path_is_a_walk_of_the_monte_carlo(rule, lands):
     walk = replace(PAPER, rule=rule, hop_may_land=lands)
     paths = walk_paths(walk, 20, seed=1)
-    result = simulate(walk, 20, seed=1)
+    result = simulate_walks(walk, 20, seed=1)
     np.testing.assert_array_equal([path.t_s[-1] for path in paths], result.tau_h_s)
     for path in paths:
         assert path.found

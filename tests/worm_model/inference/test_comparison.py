@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from worm_model.boundary_walk.mean_passage import mean_again_s, mean_tau_h_s, skips_per_trial
-from worm_model.boundary_walk.monte_carlo import simulate
+from worm_model.boundary_walk.monte_carlo import simulate_walks
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, WalkState
-from worm_model.inference.comparison import ModelParameters, can_compare, compare, has_exit
+from worm_model.inference.comparison import (
+    ModelParameters,
+    can_compare,
+    compare_with_walk,
+    has_exit,
+)
 from worm_model.inference.escape import EscapeTimes
 from worm_model.inference.fit import fit_walk
 from worm_model.simulator.rig import Rig
@@ -36,7 +41,7 @@ WALK = WalkParameters(mean_slide_mm=3.0, mean_hop_mm=1.0, speed_mm_s=1.5, revers
 
 
 def compared(quantities, parameters=None, **more):
-    return compare(
+    return compare_with_walk(
         quantities, fit_walk(quantities, GEOMETRY), 7, parameters or ModelParameters(), **more
     )
 
@@ -49,7 +54,7 @@ def test_the_walk_runs_with_the_trials_own_numbers():
     comparison, correlation = compared(MEASURED)
     tau = by_name(comparison)["tau_h"]
     assert tau.measured == 40.0
-    carlo = simulate(WALK, 4000, 3).mean_tau_h_s()
+    carlo = simulate_walks(WALK, 4000, 3).mean_tau_h_s()
     assert tau.modelled == pytest.approx(carlo.value, abs=3 * (carlo.high - carlo.low) / 3.92)
     used = dict(comparison.parameters)
     assert used["mean_slide_m"] == pytest.approx(3e-3)
@@ -124,7 +129,7 @@ def test_what_a_walk_was_given_stands_beside_its_interval():
 def test_a_withdrawn_head_searches_from_the_exits_edge():
     edge = 0.5 * WALK.exit_arc_mm / 10 * (1 + 1e-6)
     start = WalkState(edge, Direction.COUNTER_CLOCKWISE)
-    carlo = simulate(WALK, 4000, 5, start=start).mean_tau_h_s()
+    carlo = simulate_walks(WALK, 4000, 5, start=start).mean_tau_h_s()
     assert mean_again_s(WALK) == pytest.approx(carlo.value, abs=3 * (carlo.high - carlo.low) / 3.92)
 
 

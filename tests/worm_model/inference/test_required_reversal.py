@@ -12,7 +12,7 @@ from worm_model.inference.fit import Speed, fit_walk
 from worm_model.inference.required_reversal import (
     OBSERVABLES,
     OF_TRIAL,
-    Observation,
+    ObservedQuantity,
     invert,
     needed_reversals,
     paper_needs,
@@ -44,7 +44,7 @@ def test_what_a_walk_gives_needs_that_walks_reversal(rule, reversal, name):
     (found,) = needed_reversals(
         replace(walk, reversal=0.5),
         Speed.SWIMMING,
-        [Observation(name, (value, 0.9 * value, 1.1 * value), name)],
+        [ObservedQuantity(name, (value, 0.9 * value, 1.1 * value), name)],
     )
     assert found.low <= reversal * (1 + 1e-6)
     assert found.high >= reversal * (1 - 1e-6)
@@ -54,7 +54,7 @@ def test_what_a_walk_gives_needs_that_walks_reversal(rule, reversal, name):
 
 def test_the_ends_of_the_need_give_the_ends_of_the_observation():
     (found,) = needed_reversals(
-        PAPER, Speed.SWIMMING, [Observation("t_per", (27.0, 20.0, 40.0), "t_per")]
+        PAPER, Speed.SWIMMING, [ObservedQuantity("t_per", (27.0, 20.0, 40.0), "t_per")]
     )
     times = [OBSERVABLES["t_per"](replace(PAPER, reversal=r)) for r in (found.low, found.high)]
     assert times == pytest.approx([40.0, 20.0], rel=1e-5)
@@ -63,7 +63,7 @@ def test_the_ends_of_the_need_give_the_ends_of_the_observation():
 def test_what_no_reversal_gives_is_said_to_have_none():
     """No walk is faster than one that never turns: 16 s or so at v_w."""
     (found,) = needed_reversals(
-        PAPER, Speed.SWIMMING, [Observation("tau_h", (5.0, 4.0, 6.0), "tau_h")]
+        PAPER, Speed.SWIMMING, [ObservedQuantity("tau_h", (5.0, 4.0, 6.0), "tau_h")]
     )
     assert np.isnan((found.value, found.low, found.high)).all()
 

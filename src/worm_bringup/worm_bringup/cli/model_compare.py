@@ -18,7 +18,7 @@ from worm_bringup.model_comparisons import Case, compare_trials
 from worm_model.boundary_walk.parameters import ReversalRule
 from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.fit import Speed
-from worm_model.inference.intervals import Interval, overlap
+from worm_model.inference.intervals import Interval, intervals_overlap
 from worm_model.inference.required_reversal import paper_needs
 from worm_msgs_py import Comparison, ModelQuantity, NeededReversal, Quantity
 from worm_msgs_py.agreement import agreements
@@ -199,7 +199,7 @@ def _verdict(item: ModelQuantity) -> str:
         return "no interval measured"
     low = item.modelled if item.modelled_low != item.modelled_low else item.modelled_low
     high = item.modelled if item.modelled_high != item.modelled_high else item.modelled_high
-    return "agrees" if overlap(measured, (item.modelled, low, high)) else "does not agree"
+    return "agrees" if intervals_overlap(measured, (item.modelled, low, high)) else "does not agree"
 
 
 def _document(case: Case) -> dict[str, Any]:

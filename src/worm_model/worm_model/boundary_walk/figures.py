@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from worm_model.boundary_walk.first_passage import FirstPassage, SolvedWalk
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 
-FORMATS = ".svg", ".png", ".pdf"
+FIGURE_FORMATS = ".svg", ".png", ".pdf"
 REVERSALS = 0.35, 0.45, 0.55
 """Lowest, middle and highest of Fig. 6's caption."""
 SLIDE_MM, HOP_MM = 1.96, 1.47
@@ -54,7 +54,7 @@ def write_figure(path: Path, rule: ReversalRule, *, hop_may_land: bool = True) -
     Parameters
     ----------
     path : Path
-        Its suffix says the format, one of `FORMATS`.
+        Its suffix says the format, one of `FIGURE_FORMATS`.
     rule : ReversalRule
         What the reversals of Fig. 6's caption, 45 (35 to 55) %, count; not a rate.
     hop_may_land : bool
@@ -66,8 +66,8 @@ def write_figure(path: Path, rule: ReversalRule, *, hop_may_land: bool = True) -
         Where the suffix is another, the rule is a rate, or there is no such directory.
     """
     suffix = path.suffix.lower()
-    if suffix not in FORMATS:
-        raise ValueError(f"{path}: a figure's name ends in {', '.join(FORMATS)}")
+    if suffix not in FIGURE_FORMATS:
+        raise ValueError(f"{path}: a figure's name ends in {', '.join(FIGURE_FORMATS)}")
     if rule is ReversalRule.RATE:
         raise ValueError("rule rate: the paper gives a share of steps; use per_cycle or per_phase")
     if not path.parent.is_dir():

@@ -22,7 +22,7 @@ EXACT = 1e-6
 """Error of probabilities."""
 FORECAST = 2e-5
 """Error of probabilities in a forecast."""
-SURE = 1.0 - 1e-4
+HIGHEST_PROBABILITY = 1.0 - 1e-4
 """Highest probability of which a quantile is given."""
 _CIRCLE = 32
 """Points of the circle about s = 0 from which the moments are taken."""
@@ -224,10 +224,12 @@ class FirstPassage:
         Raises
         ------
         ValueError
-            Where the probability is not above 0 and at most `SURE`.
+            Where the probability is not above 0 and at most `HIGHEST_PROBABILITY`.
         """
-        if not 0.0 < probability <= SURE:
-            raise ValueError(f"probability is {probability}; it must be above 0, at most {SURE:g}")
+        if not 0.0 < probability <= HIGHEST_PROBABILITY:
+            raise ValueError(
+                f"probability is {probability}; it must be above 0, at most {HIGHEST_PROBABILITY:g}"
+            )
         if float(self.within(0.0)) >= probability:
             return 0.0
         number = self._contour_of(probability)

@@ -52,7 +52,7 @@ class WalkResult:
         return _mean(self.skips.astype(np.float64))
 
 
-def simulate(
+def simulate_walks(
     parameters: WalkParameters,
     walks: int,
     seed: int,

@@ -40,7 +40,7 @@ def walk_paths(
     horizon_s: float = 1e5,
     start: WalkState | None = None,
 ) -> list[WalkPath]:
-    """Return the paths of the walks that `boundary_walk.simulate` runs with the same arguments.
+    """Return the paths of the walks that `monte_carlo.simulate_walks` runs with the same arguments.
 
     Raises
     ------

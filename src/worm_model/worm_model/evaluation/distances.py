@@ -5,11 +5,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
-Reals = NDArray[np.float64]
-POINTS = 200
+Floats = NDArray[np.float64]
+RESAMPLED_POINTS = 200
 
 
-def resampled(midline_px: Reals, points: int = POINTS) -> Reals | None:
+def resampled(midline_px: Floats, points: int = RESAMPLED_POINTS) -> Floats | None:
     """Return points at equal steps of arc length on the smooth curve through a midline.
 
     Straight pieces between the points of a table would cut the corners of tight bends by half a
@@ -41,12 +41,12 @@ def resampled(midline_px: Reals, points: int = POINTS) -> Reals | None:
     return np.stack([np.interp(at, s, fine[:, k]) for k in (0, 1)], axis=1)
 
 
-def as_given_rms(one: Reals, other: Reals) -> float:
+def as_given_rms(one: Floats, other: Floats) -> float:
     """Return the rms distance of points at the same part of the length; (n, 2) each."""
     return float(np.sqrt(np.mean(np.sum((one - other) ** 2, axis=1))))
 
 
-def shape_rms(one: Reals, other: Reals) -> float:
+def shape_rms(one: Floats, other: Floats) -> float:
     """Return the rms distance of each curve's points from the other curve, both ways pooled.
 
     It does not know head from tail.
@@ -55,7 +55,7 @@ def shape_rms(one: Reals, other: Reals) -> float:
     return float(np.sqrt(np.mean(away**2)))
 
 
-def _distance_to_curve(points: Reals, curve: Reals) -> Reals:
+def _distance_to_curve(points: Floats, curve: Floats) -> Floats:
     """Return each point's distance from the pieces beside the curve's nearest point."""
     _, nearest = cKDTree(curve).query(points)
     distance = np.full(len(points), np.inf)

@@ -14,7 +14,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from worm_model.evaluation.distances import as_given_rms, resampled, shape_rms
-from worm_model.evaluation.record import Circle, Reals, Record, common_rows
+from worm_model.evaluation.record import ChamberCircle, Floats, FrameTable, common_rows
 
 CERTAIN = 0.95
 """Head certainty from which a frame counts as not flagged uncertain."""
@@ -96,12 +96,12 @@ class Evaluation:
         }
 
 
-def evaluate(tracks: Record, truth: Record, *, certain: float = CERTAIN) -> Evaluation:
+def evaluate(tracks: FrameTable, truth: FrameTable, *, certain: float = CERTAIN) -> Evaluation:
     """Compare tracks with the truth.
 
     Parameters
     ----------
-    tracks, truth : Record
+    tracks, truth : FrameTable
         What was said and what is true.
     certain : float
         Head certainty (0.5 to 1) from which a frame counts as not flagged uncertain.
@@ -134,8 +134,8 @@ def evaluate(tracks: Record, truth: Record, *, certain: float = CERTAIN) -> Eval
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Pair:
-    tracks: Record
-    truth: Record
+    tracks: FrameTable
+    truth: FrameTable
     said: NDArray[np.intp]
     true: NDArray[np.intp]
 
@@ -145,7 +145,7 @@ class _Pair:
         out[self.true] = values[self.said]
         return out
 
-    def ends_px(self) -> tuple[Reals, Reals, Reals, Reals]:
+    def ends_px(self) -> tuple[Floats, Floats, Floats, Floats]:
         """Return head and tail as given, and the true ones, of the common frames that are tracked.
 
         NaN where they are not.
@@ -244,7 +244,7 @@ def _episode_figures(pair: _Pair) -> Iterator[Figure]:
         yield Figure(name, of / count if enough else None, "", count, why)
 
 
-def _bridged(contact: Reals, truth: Record, order: NDArray[np.intp]) -> Reals:
+def _bridged(contact: Floats, truth: FrameTable, order: NDArray[np.intp]) -> Floats:
     """Carry the contact told last over frames that do not tell it, for `LONGEST_GAP_S`."""
     last = np.maximum.accumulate(np.where(np.isfinite(contact), np.arange(len(contact)), -1))
     carried = np.where(last >= 0, contact[np.maximum(last, 0)], np.nan)
@@ -284,7 +284,9 @@ def _where(pair: _Pair) -> Figure:
     return _share("where_agreement", (said == pair.truth.where)[known])
 
 
-def _circle_figures(found: dict[str, Circle], real: dict[str, Circle]) -> Iterator[Figure]:
+def _circle_figures(
+    found: dict[str, ChamberCircle], real: dict[str, ChamberCircle]
+) -> Iterator[Figure]:
     if not real:
         yield Figure("circle", None, "", 0, "the truth has no geometry")
     for name, true in real.items():
@@ -302,16 +304,16 @@ def _circle_figures(found: dict[str, Circle], real: dict[str, Circle]) -> Iterat
         yield Figure(f"{name}_exit_error", float(turn) if exit_known else None, "deg", 1, why)
 
 
-def _in_time(record: Record) -> NDArray[np.intp]:
+def _in_time(record: FrameTable) -> NDArray[np.intp]:
     key = record.stamp_ns if record.stamp_ns is not None else record.frame
     return np.argsort(np.arange(len(record)) if key is None else key, kind="stable")
 
 
-def _apart(one: Reals, other: Reals) -> Reals:
+def _apart(one: Floats, other: Floats) -> Floats:
     return np.asarray(np.hypot(*(one - other).T), dtype=np.float64)
 
 
-def _median_and_95(name: str, values: Reals, unit: str, why: str = "") -> Iterator[Figure]:
+def _median_and_95(name: str, values: Floats, unit: str, why: str = "") -> Iterator[Figure]:
     known = values[np.isfinite(values)]
     if len(known) < FEWEST_FRAMES:
         why = why or f"not enough data: {len(known)} frames"

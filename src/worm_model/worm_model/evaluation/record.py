@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-Reals = NDArray[np.float64]
+Floats = NDArray[np.float64]
 
 
 class EvaluationError(ValueError):
@@ -13,7 +13,7 @@ class EvaluationError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Circle:
+class ChamberCircle:
     """A chamber's wall in the picture, and its exit's direction (NaN where there is none)."""
 
     centre_u_px: float
@@ -23,7 +23,7 @@ class Circle:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Record:
+class FrameTable:
     """A trial, frame by frame. None stands for a column that the table does not have.
 
     Attributes
@@ -47,24 +47,26 @@ class Record:
     """
 
     name: str
-    head_px: Reals
-    centroid_px: Reals
-    tail_px: Reals
+    head_px: Floats
+    centroid_px: Floats
+    tail_px: Floats
     tracked: NDArray[np.bool_]
     stamp_ns: NDArray[np.int64] | None = None
     frame: NDArray[np.int64] | None = None
-    midline_px: list[Reals] | None = None
-    head_certainty: Reals | None = None
-    r_h_mm: Reals | None = None
-    contact: Reals | None = None
+    midline_px: list[Floats] | None = None
+    head_certainty: Floats | None = None
+    r_h_mm: Floats | None = None
+    contact: Floats | None = None
     where: NDArray[np.str_] | None = None
-    circles: dict[str, Circle] = field(default_factory=dict)
+    circles: dict[str, ChamberCircle] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.head_px)
 
 
-def common_rows(tracks: Record, truth: Record) -> tuple[str, NDArray[np.intp], NDArray[np.intp]]:
+def common_rows(
+    tracks: FrameTable, truth: FrameTable
+) -> tuple[str, NDArray[np.intp], NDArray[np.intp]]:
     """Find the frames that both tables have.
 
     Returns

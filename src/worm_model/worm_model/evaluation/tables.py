@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from worm_model.evaluation.record import Circle, EvaluationError, Reals, Record
+from worm_model.evaluation.record import ChamberCircle, EvaluationError, Floats, FrameTable
 from worm_msgs_py import Status
 
 TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
@@ -20,7 +20,7 @@ _NEEDED = tuple(f"{point}_{axis}_px" for point in _POINTS for axis in "uv")
 _CIRCLE = ("circle_u_px", "circle_v_px", "circle_radius_px", "exit_deg")
 
 
-def read_tracks(path: Path) -> Record:
+def read_tracks(path: Path) -> FrameTable:
     """Read what the tracker said.
 
     Parameters
@@ -36,10 +36,10 @@ def read_tracks(path: Path) -> Record:
     """
     file = path / TRACKS_FILE if path.is_dir() else path
     summary = file.with_name(SUMMARY_FILE)
-    return record_of(str(file), _columns(file), _circles_of_summary(summary))
+    return frame_table_of(str(file), _columns(file), _circles_of_summary(summary))
 
 
-def read_truth(path: Path) -> Record:
+def read_truth(path: Path) -> FrameTable:
     """Read what is true of a trial: a table as beside the bags of `worm simulate`.
 
     Raises
@@ -47,12 +47,12 @@ def read_truth(path: Path) -> Record:
     EvaluationError
         Where it cannot be read, or lacks columns.
     """
-    return record_of(str(path), _columns(path))
+    return frame_table_of(str(path), _columns(path))
 
 
-def record_of(
-    name: str, columns: Mapping[str, list[Any]], circles: Mapping[str, Circle] | None = None
-) -> Record:
+def frame_table_of(
+    name: str, columns: Mapping[str, list[Any]], circles: Mapping[str, ChamberCircle] | None = None
+) -> FrameTable:
     """Turn a table's columns into a record.
 
     Parameters
@@ -85,7 +85,7 @@ def record_of(
     tracked = np.isfinite(head[:, 0] + head[:, 1])
     if "status" in columns:
         tracked &= np.isin(columns["status"], [each.label for each in Status if each.has_pose])
-    return Record(
+    return FrameTable(
         name=name,
         head_px=head,
         centroid_px=centroid,
@@ -113,11 +113,11 @@ def _columns(file: Path) -> dict[str, list[Any]]:
     return {name: table[name].to_pylist() for name in table.column_names}
 
 
-def _circles_of_summary(file: Path) -> dict[str, Circle] | None:
+def _circles_of_summary(file: Path) -> dict[str, ChamberCircle] | None:
     try:
         geometry = json.loads(file.read_text(encoding="utf-8")).get("geometry", {})
         return {
-            name: Circle(
+            name: ChamberCircle(
                 chamber["centre_u_px"],
                 chamber["centre_v_px"],
                 chamber["radius_px"],
@@ -131,22 +131,22 @@ def _circles_of_summary(file: Path) -> dict[str, Circle] | None:
         raise EvaluationError(f"{file}: not a summary of results: {error!r}") from None
 
 
-def _circles_of_rows(columns: Mapping[str, list[Any]]) -> dict[str, Circle]:
+def _circles_of_rows(columns: Mapping[str, list[Any]]) -> dict[str, ChamberCircle]:
     if any(column not in columns for column in ("chamber", *_CIRCLE)):
         return {}
     rows = zip(*(columns[column] for column in _CIRCLE), strict=True)
     return {
-        name: Circle(*row)
+        name: ChamberCircle(*row)
         for name, row in zip(columns["chamber"], rows, strict=True)
         if name and None not in row
     }
 
 
-def _reals(values: list[Any]) -> Reals:
+def _reals(values: list[Any]) -> Floats:
     return np.array([nan if value is None else float(value) for value in values], dtype=np.float64)
 
 
-def _optional(columns: Mapping[str, list[Any]], name: str) -> Reals | None:
+def _optional(columns: Mapping[str, list[Any]], name: str) -> Floats | None:
     return _reals(columns[name]) if name in columns else None
 
 
@@ -158,7 +158,7 @@ def _integers(table: str, columns: Mapping[str, list[Any]], name: str) -> NDArra
     return np.array(columns[name], dtype=np.int64)
 
 
-def _midlines(columns: Mapping[str, list[Any]]) -> list[Reals] | None:
+def _midlines(columns: Mapping[str, list[Any]]) -> list[Floats] | None:
     if "midline_u_px" not in columns or "midline_v_px" not in columns:
         return None
     return [

@@ -16,7 +16,7 @@ from worm_model.boundary_walk.mean_passage import (
 )
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.escape import PAPER_SUCCESS, EscapeTimes, escape_time
-from worm_model.inference.fit import LOWEST, MM_PER_M, REVERSAL_NAMES, Fit, Speed, interval_of
+from worm_model.inference.fit import LOWEST, MM_PER_M, REVERSAL_NAMES, Speed, WalkFit, interval_of
 from worm_model.inference.intervals import NOTHING, Interval
 from worm_model.inference.required_reversal import trial_needs
 from worm_msgs_py import Comparison, Correlation, ModelQuantity, Quantity
@@ -76,11 +76,11 @@ class ModelParameters:
         count = round(self.longest_lag_s / self.lag_step_s) + 1
         return np.arange(count, dtype=np.float64) * self.lag_step_s
 
-    def walk(self, fit: Fit, changed: Mapping[str, float] | None = None) -> WalkParameters:
+    def walk(self, fit: WalkFit, changed: Mapping[str, float] | None = None) -> WalkParameters:
         """Return the walk that these parameters choose of a fit."""
         return fit.walk(ReversalRule(self.rule), Speed(self.speed), changed)
 
-    def origins(self, fit: Fit) -> tuple[tuple[str, bool], ...]:
+    def origins(self, fit: WalkFit) -> tuple[tuple[str, bool], ...]:
         """Return of each number that this walk uses whether it is the trial's own."""
         return fit.origins(ReversalRule(self.rule), Speed(self.speed))
 
@@ -96,9 +96,9 @@ def can_compare(quantities: Sequence[Quantity]) -> bool:
     return has_exit(quantities) and any(q.name in own and q.value is not None for q in quantities)
 
 
-def compare(
+def compare_with_walk(
     quantities: Sequence[Quantity],
-    fit: Fit,
+    fit: WalkFit,
     stamp_ns: int,
     parameters: ModelParameters,
     *,
@@ -112,7 +112,7 @@ def compare(
     ----------
     quantities : sequence of Quantity
         The trial's summary; `can_compare` must hold.
-    fit : Fit
+    fit : WalkFit
         The walk fitted to it (`fitting.fit_walk`).
     stamp_ns : int
         Stamp of the last frame that the summary rests on.
@@ -153,7 +153,7 @@ def compare(
 
 
 def _parameters(
-    found: Mapping[str, Quantity], fit: Fit, parameters: ModelParameters
+    found: Mapping[str, Quantity], fit: WalkFit, parameters: ModelParameters
 ) -> tuple[tuple[str, float], ...]:
     walk = parameters.walk(fit)
     success = interval_of(found, "success")[0]
@@ -177,7 +177,7 @@ def _parameters(
 
 
 def _predicted(
-    found: Mapping[str, Quantity], fit: Fit, parameters: ModelParameters
+    found: Mapping[str, Quantity], fit: WalkFit, parameters: ModelParameters
 ) -> list[ModelQuantity]:
     """Return what follows from the walk's numbers: ⟨τ_h⟩, skips, t_per."""
     predictions: tuple[tuple[str, str, Callable[[WalkParameters], float]], ...] = (
@@ -192,7 +192,7 @@ def _predicted(
 
 
 def propagated(
-    fit: Fit, parameters: ModelParameters, predict: Callable[[WalkParameters], float]
+    fit: WalkFit, parameters: ModelParameters, predict: Callable[[WalkParameters], float]
 ) -> Interval:
     """Return a prediction, and the interval that the fitted numbers' own intervals give it.
 
@@ -217,7 +217,7 @@ def propagated(
 
 def _escapes(
     found: Mapping[str, Quantity],
-    fit: Fit,
+    fit: WalkFit,
     parameters: ModelParameters,
     escapes: EscapeTimes,
     now_ns: int,
@@ -237,7 +237,7 @@ def _escapes(
 
 
 def _given(
-    found: Mapping[str, Quantity], fit: Fit, parameters: ModelParameters
+    found: Mapping[str, Quantity], fit: WalkFit, parameters: ModelParameters
 ) -> list[ModelQuantity]:
     """Return the walk's own numbers: what it was given cannot disagree."""
     rows = []

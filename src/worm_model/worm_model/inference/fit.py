@@ -11,7 +11,7 @@ from worm_model.inference.reversal_counts import Reversals
 from worm_msgs_py import Geometry, Quantity
 
 MM_PER_M = 1e3
-FEWEST = 10
+FEWEST_REVERSALS = 10
 """Fewer changes of phase than this are not enough to count reversals."""
 _DEFAULTS = WalkParameters()
 PAPER_BODY_ANGLE_RAD = radians(32.0)
@@ -66,7 +66,7 @@ class Fitted:
 
 
 @dataclass(frozen=True, slots=True)
-class Fit:
+class WalkFit:
     """A walk fitted to a trial, under every rule and speed.
 
     Attributes
@@ -130,7 +130,7 @@ def fit_walk(
     *,
     hop_may_land: bool = True,
     effective_width: bool = True,
-) -> Fit:
+) -> WalkFit:
     """Fit the walk to what a trial measured; the paper stands in for what it did not.
 
     ⟨d_c⟩ and ⟨d_nc⟩ are the analysis' maximum-likelihood means, with what was cut short censored
@@ -151,14 +151,14 @@ def fit_walk(
     """
     found = {quantity.name: quantity for quantity in quantities}
     numbers = {name: _fitted(interval_of(found, name), name) for name in PAPER}
-    if reversals is not None and reversals.changes >= FEWEST:
+    if reversals is not None and reversals.changes >= FEWEST_REVERSALS:
         numbers["reversal_per_phase"] = _fitted(reversals.per_phase(), "reversal_per_phase")
     else:
         per_cycle = interval_of(found, "reversal_per_cycle")
         numbers["reversal_per_phase"] = _fitted(_halved(per_cycle), "reversal_per_phase")
     depth_mm = geometry.depth_m * MM_PER_M
     w_s = interval_of(found, "w_s")[0]
-    return Fit(
+    return WalkFit(
         radius_mm=geometry.chambers[0].radius_m * MM_PER_M,
         exit_width_mm=sqrt(max(w_s**2 - depth_mm**2, 0.0)),
         depth_mm=depth_mm,

@@ -18,7 +18,7 @@ from worm_model.boundary_walk.direction_correlation import persistence_time_s
 from worm_model.boundary_walk.mean_passage import mean_again_s, mean_tau_h_s, skips_per_trial
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.escape import PAPER_SUCCESS, escape_time
-from worm_model.inference.fit import PAPER, REVERSAL_NAMES, Fit, Speed, interval_of
+from worm_model.inference.fit import PAPER, REVERSAL_NAMES, Speed, WalkFit, interval_of
 from worm_model.inference.intervals import Interval
 from worm_msgs_py import NeededReversal, Quantity
 
@@ -58,7 +58,7 @@ OF_TRIAL = ("t_per", "tau_h", "n_s")
 
 
 @dataclass(frozen=True, slots=True)
-class Observation:
+class ObservedQuantity:
     """One observation that the walk should give.
 
     Attributes
@@ -80,7 +80,7 @@ class Observation:
 
 
 def needed_reversals(
-    walk: WalkParameters, speed: Speed, observations: Sequence[Observation]
+    walk: WalkParameters, speed: Speed, observations: Sequence[ObservedQuantity]
 ) -> tuple[NeededReversal, ...]:
     """Return the reversal that each observation needs, for one rule and one speed.
 
@@ -90,7 +90,7 @@ def needed_reversals(
         Everything but the reversal, which is passed over.
     speed : Speed
         Which speed `walk` has.
-    observations : sequence of Observation
+    observations : sequence of ObservedQuantity
         A counted reversal needs itself.
     """
     grid = _RATES_S if walk.rule is ReversalRule.RATE else _PROBABILITIES
@@ -147,20 +147,20 @@ def invert(
 
 
 def trial_observations(
-    found: Mapping[str, Quantity], fit: Fit, rule: ReversalRule
-) -> list[Observation]:
+    found: Mapping[str, Quantity], fit: WalkFit, rule: ReversalRule
+) -> list[ObservedQuantity]:
     """Return what a trial observed: counted reversals, t_per, ⟨τ_h⟩ and n_s, as far as it did.
 
     What has no interval is left out: nothing could be said to agree with it.
     """
     counted = fit.numbers[REVERSAL_NAMES[rule]]
-    items = [Observation("reversal", (counted.value, counted.low, counted.high))]
+    items = [ObservedQuantity("reversal", (counted.value, counted.low, counted.high))]
     items = items if counted.is_measured else []
-    items += [Observation(name, interval_of(found, name), name) for name in OF_TRIAL]
+    items += [ObservedQuantity(name, interval_of(found, name), name) for name in OF_TRIAL]
     return [item for item in items if all(map(isfinite, item.interval))]
 
 
-def trial_needs(found: Mapping[str, Quantity], fit: Fit) -> tuple[NeededReversal, ...]:
+def trial_needs(found: Mapping[str, Quantity], fit: WalkFit) -> tuple[NeededReversal, ...]:
     """Answer the joint question for a trial, under every rule and at either speed."""
     return tuple(
         need
@@ -199,7 +199,7 @@ def paper_needs(exit_width_mm: float = 1.0) -> tuple[NeededReversal, ...]:
     return tuple(needs)
 
 
-def _paper_observations(simulated: WalkParameters) -> list[Observation]:
+def _paper_observations(simulated: WalkParameters) -> list[ObservedQuantity]:
     rate = simulated.rule is ReversalRule.RATE
     cycle_mm = simulated.mean_slide_mm + simulated.mean_hop_mm
     unit = simulated.speed_mm_s / cycle_mm if rate else 1.0
@@ -214,9 +214,9 @@ def _paper_observations(simulated: WalkParameters) -> list[Observation]:
         )
         return value, min(ends), max(ends)
 
-    def of_paper(name: str, interval: Sequence[float], observable: str = "") -> Observation:
+    def of_paper(name: str, interval: Sequence[float], observable: str = "") -> ObservedQuantity:
         value, low, high = interval
-        return Observation(name, (value, low, high), observable, is_measured=False)
+        return ObservedQuantity(name, (value, low, high), observable, is_measured=False)
 
     return [
         of_paper("reversal", text),

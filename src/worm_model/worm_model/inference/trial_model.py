@@ -5,9 +5,14 @@ from dataclasses import dataclass
 from math import isfinite
 
 from worm_model.boundary_walk.first_passage import FirstPassage
-from worm_model.inference.comparison import ModelParameters, can_compare, compare, has_exit
+from worm_model.inference.comparison import (
+    ModelParameters,
+    can_compare,
+    compare_with_walk,
+    has_exit,
+)
 from worm_model.inference.escape import NS, EscapeTimes
-from worm_model.inference.fit import Fit, fit_walk
+from worm_model.inference.fit import WalkFit, fit_walk
 from worm_model.inference.forecast import Forecaster
 from worm_model.inference.reversal_counts import PhaseDirections, Reversals
 from worm_model.inference.scores import Scores
@@ -59,7 +64,7 @@ class TrialModel:
         self._scores = Scores()
         self._touched = False
         self._promise: _Promise | None = None
-        self._last: tuple[tuple[Quantity, ...], Fit, int] | None = None
+        self._last: tuple[tuple[Quantity, ...], WalkFit, int] | None = None
 
     def set_geometry(self, geometry: Geometry) -> None:
         """Take a calibration with a chamber: R and h are those of the rig, in each version."""
@@ -128,7 +133,7 @@ class TrialModel:
     def _compare(self, *, with_needs: bool) -> tuple[Comparison, Correlation] | None:
         if self._last is None:
             return None
-        return compare(
+        return compare_with_walk(
             *self._last,
             self._parameters,
             escapes=self._escapes,

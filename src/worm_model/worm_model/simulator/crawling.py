@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 Line = NDArray[np.float64]
-POINTS = 121
+MIDLINE_POINTS = 121
 """Points of a midline: a step of a sixth of a millimetre for the worms here."""
 HEAD_DEPTH_MM = 0.05
 """How near to the wall the tip of a head comes that leans on it."""
@@ -107,7 +107,7 @@ def crawl(path_mm: Line, length_mm: float, heads_mm: Iterable[float]) -> Iterato
                 f"a head at {head:.1f} mm needs a path from {head - length_mm:.1f} mm on to there;"
                 f" this one is {s[-1]:.1f} mm long"
             )
-        at = np.linspace(head, head - length_mm, POINTS)
+        at = np.linspace(head, head - length_mm, MIDLINE_POINTS)
         yield np.stack([np.interp(at, s, path_mm[:, k]) for k in (0, 1)], axis=1)
 
 
@@ -127,7 +127,7 @@ def lie_along_the_wall(
     off_wall_mm : float
         How far the head has lifted off; 0 while it touches.
     """
-    s = np.linspace(0.0, length_mm, POINTS)
+    s = np.linspace(0.0, length_mm, MIDLINE_POINTS)
     beside = 0.5 * width_mm + 0.03
     # The head leans on the wall with its tip, at 50°, so that its rounded end is not in the wall.
     lean = 0.35 * s * np.exp(-s) - (beside - HEAD_DEPTH_MM) * np.exp(-s / 0.4)

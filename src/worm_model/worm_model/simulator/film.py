@@ -37,7 +37,7 @@ class FilmFrame(NamedTuple):
     truth: TruthRow
 
 
-def stamp_of(frame: int, fps: float) -> int:
+def frame_stamp_ns(frame: int, fps: float) -> int:
     """Return the stamp of a frame in nanoseconds, rounded from the exact time."""
     return round(frame * 1e9 / fps)
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_model.simulator import crawling
-from worm_model.simulator.film import FilmFrame, stamp_of
+from worm_model.simulator.film import FilmFrame, frame_stamp_ns
 from worm_model.simulator.rig import Body, Optics, Rig, clear_view, expose, truth_of
 from worm_model.simulator.rig import disturbances as seen
 from worm_model.simulator.worm import Walker, midlines_mm, rounded_body
@@ -370,7 +370,7 @@ def _film(
         view = clear_view(now, body)
         if disturb is not None:
             disturb(view, now, body, frame)
-        stamp_ns = stamp_of(frame, fps)
+        stamp_ns = frame_stamp_ns(frame, fps)
         yield FilmFrame(stamp_ns, expose(now, view, frame), truth_of(now, body, frame, stamp_ns))
 
 

@@ -12,7 +12,7 @@ from math import ceil, cos, pi, radians, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_model.simulator.film import FilmFrame, stamp_of
+from worm_model.simulator.film import FilmFrame, frame_stamp_ns
 from worm_model.simulator.head_path import LEAN_RAD, HeadPath, Walker
 from worm_model.simulator.rig import Body, Rig, draw, truth_of, worm_coverage
 
@@ -52,7 +52,7 @@ def simulate_film(rig: Rig, walker: Walker, duration_s: float, fps: float) -> It
     for frame, midline_mm in enumerate(midlines_mm(walker, rig.radius_mm, duration_s, fps)):
         u, v = chamber.to_pixels(midline_mm[:, 0] * 1e-3, midline_mm[:, 1] * 1e-3)
         body = rounded_body(np.c_[u, v], walker.width_mm * rig.px_per_mm)
-        stamp_ns = stamp_of(frame, fps)
+        stamp_ns = frame_stamp_ns(frame, fps)
         truth = truth_of(rig, body, frame, stamp_ns, worm_coverage(body))
         yield FilmFrame(stamp_ns, draw(rig, body, frame), truth)
 
