@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from picture_bags import image, stamps, write_bag, write_messages
+from result_files import result_text, write_result
 
 from worm_bringup.results_directory import results_directory
 
@@ -114,9 +115,9 @@ def test_a_process_for_each_node_says_the_same(tmp_path):
 def test_an_earlier_result_survives_bad_input(tmp_path):
     out = tmp_path / "out"
     with results_directory(out) as partial:
-        (partial / "summary.json").write_text("{}")
+        write_result(partial, "earlier")
     assert replay(films(noise)(tmp_path), out).returncode == 2
-    assert (out / "summary.json").read_text() == "{}"
+    assert result_text(out) == "earlier"
 
 
 def test_a_folder_of_the_users_is_not_written_into(tmp_path):

@@ -4,6 +4,7 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -96,8 +97,10 @@ class RecorderNode(WormNode):
     def destroy_node(self) -> None:
         """Close the files, whole or not: without a summary nobody takes them for whole."""
         if not self._done:
-            self._recording.close()
-            self._bag.close()
+            with suppress(OSError):  # the disk that was full is still full
+                self._recording.close()
+            with suppress(OSError):
+                self._bag.close()
         super().destroy_node()
 
     def _make_readers(self) -> dict[str, Callable[[Any], None]]:
@@ -153,8 +156,8 @@ class RecorderNode(WormNode):
         if self._done or self._frames is None or self.missing:
             return
         self._recording.trial.frames_read = self._frames
-        self._recording.finish(self._provenance)
         self._bag.close()
+        self._recording.finish(self._provenance)  # last: where the summary is, all is
         self._done = True
 
 

@@ -16,6 +16,7 @@ from worm_msgs_py import (
     SourceEvent,
     SourceEventKind,
 )
+from worm_msgs_py.whole_files import whole_file
 
 
 @dataclass
@@ -69,9 +70,10 @@ def build_summary(trial: Trial, provenance: Mapping[str, Any]) -> dict[str, Any]
 
 
 def write_summary(path: Path, summary: Mapping[str, Any]) -> None:
-    """Write the document; the bytes depend on its content alone."""
+    """Write the document, whole or not at all; the bytes depend on its content alone."""
     text = json.dumps(summary, indent=2, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8")
+    with whole_file(path) as unfinished:
+        unfinished.write_text(text + "\n", encoding="utf-8")
 
 
 def _quantity(quantity: Quantity) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from worm_bringup.processes import run_in_processes
 from worm_bringup.provenance import provenance
 from worm_bringup.results_directory import results_directory
 from worm_model.inference.comparison import ModelParameters
+from worm_msgs_py.running import finish_despite_signals, stop_on_signals
 from worm_tracker.parameters import TrackerParameters
 
 
@@ -100,6 +101,7 @@ def run_trial(
     *,
     processes: bool = False,
     visible: bool = False,
+    live: bool = False,
 ) -> tuple[RunResult, Path]:
     """Run a trial and write its results, whole or not at all; the rest is as in `run_graph`.
 
@@ -107,6 +109,8 @@ def run_trial(
     ----------
     out : Path
         The results directory to make; an earlier result there is replaced.
+    live : bool
+        Whether the pictures cannot be had a second time.
 
     Returns
     -------
@@ -119,10 +123,13 @@ def run_trial(
         The input cannot be used.
     Incomplete
         A signal ended the run, or a node did not finish.
+    Kept
+        The results are whole, but not in `out` or without a report.
     """
-    with results_directory(out) as partial:
+    with stop_on_signals(), results_directory(out, live=live) as partial:
         result = run_graph(trial, partial, progress, processes=processes, visible=visible)
         if not result.complete:
             raise Incomplete(result)
-        report = write_report(partial)
+        with finish_despite_signals():
+            report = write_report(partial)
     return result, out / report.name

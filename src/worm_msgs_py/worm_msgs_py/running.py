@@ -1,4 +1,4 @@
-"""Runs one node as a process of its own, until SIGINT or SIGTERM."""
+"""Runs one node as a process of its own, until SIGINT, SIGTERM or SIGHUP."""
 
 import signal
 import sys
@@ -18,29 +18,74 @@ TICK_S = 0.1
 _REFUSED = 2
 
 
+_running: threading.Event | None = None  # of the stop_on_signals that is in force
+
+
 @contextmanager
 def stop_on_signals() -> Iterator[threading.Event]:
-    """Give an event that SIGINT and SIGTERM set while the block runs.
+    """Give an event that SIGINT, SIGTERM and SIGHUP set while the block runs.
 
     rclpy's own handlers end the context before the last messages are out. Outside the main thread
-    (where Python allows no handlers) the event is simply never set by a signal.
+    (where Python allows no handlers) the event is simply never set by a signal. Within another such
+    block it is the same event, so that no signal falls between the two.
+
+    A terminal that closes may send SIGHUP twice, or after SIGTERM: it counts as the first signal
+    alone. Where SIGHUP was ignored (nohup) it stays so.
     """
-    stop = threading.Event()
+    global _running
+    if threading.current_thread() is not threading.main_thread():
+        yield threading.Event()
+        return
+    outer = _running
+    stop = _running = threading.Event() if outer is None else outer
+    seen = False
 
     def on_signal(number: int, frame: FrameType | None) -> None:
-        stop.set()
+        nonlocal seen
+        if number != signal.SIGHUP or not seen:
+            stop.set()
+        seen = True
+
+    try:
+        with _handling(on_signal):
+            yield stop
+    finally:
+        _running = outer
+
+
+@contextmanager
+def finish_despite_signals() -> Iterator[None]:
+    """Let the block come to its end at the first signal; a second one raises KeyboardInterrupt.
+
+    SIGHUP is never the second: nobody is there any more who waits.
+    """
+    seen = False
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        nonlocal seen
+        if seen and number != signal.SIGHUP:
+            raise KeyboardInterrupt
+        seen = True
 
     if threading.current_thread() is not threading.main_thread():
-        yield stop
+        yield
         return
-    before = {
-        number: signal.signal(number, on_signal) for number in (signal.SIGINT, signal.SIGTERM)
-    }
+    with _handling(on_signal):
+        yield
+
+
+@contextmanager
+def _handling(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Handle the signals that end a program, but SIGHUP only where it was not ignored."""
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, handler) for number in numbers}
     try:
-        yield stop
+        yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
 
 
 def run_alone(

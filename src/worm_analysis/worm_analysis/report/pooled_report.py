@@ -16,6 +16,7 @@ from worm_analysis.report.examples import Indices, candidates
 from worm_analysis.report.report import environment, source_name, trial_context
 from worm_analysis.results import ReportError, Results, read_results
 from worm_analysis.results.tables import REMEDY as REMEDY_OF_ONE
+from worm_msgs_py.whole_files import whole_file
 
 EXAMPLES = 3
 BESIDE_IN_POOL = ("fig-1c", "fig-4c", "fig-8", "fig-model")
@@ -89,11 +90,12 @@ def write_pooled_report(
             _write_figure(panel, out / "figures", document["provenance"])
             _write_tables(panel, out / "tables")
     _write_numbers(evidence, out / "tables")
-    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
-    (out / "summary.json").write_text(text + "\n", encoding="utf-8")
     html = _render(evidence, drawn, single, document)
     path = out / "report.html"
     path.write_text(html, encoding="utf-8", newline="\n")
+    text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+    with whole_file(out / "summary.json") as unfinished:  # last: where it is, all is
+        unfinished.write_text(text + "\n", encoding="utf-8")
     return path
 
 

@@ -12,6 +12,7 @@ from worm_analysis.report import numbers, symbols
 from worm_analysis.report.panel import NO_CHAMBER, thousands
 from worm_analysis.results.tables import Results, read_results
 from worm_msgs_py import Status
+from worm_msgs_py.whole_files import whole_file
 
 SOURCES = {
     "bag": "Bag",
@@ -52,9 +53,8 @@ def write_report(results_dir: Path) -> Path:
     results = read_results(results_dir)
     html = render(results)
     path = results_dir / "report.html"
-    unfinished = path.with_name(path.name + ".part")
-    unfinished.write_text(html, encoding="utf-8", newline="\n")
-    unfinished.replace(path)
+    with whole_file(path) as unfinished:
+        unfinished.write_text(html, encoding="utf-8", newline="\n")
     return path
 
 

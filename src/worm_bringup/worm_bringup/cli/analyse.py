@@ -10,11 +10,13 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.report import write_report
 from worm_bringup.cli import options
 from worm_bringup.cli.progress import progress_bar, show_trial
-from worm_bringup.results_directory import results_directory
+from worm_bringup.output_rules import check_apart
+from worm_bringup.results_directory import check_out, results_directory
 from worm_bringup.track_analysis import analyse_tracks
 from worm_bringup.track_rig import TableRig, rig_of_summary
 from worm_bringup.track_table import TrackTable
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.running import finish_despite_signals
 
 _RIG = "The rig, where the table cannot say"
 
@@ -114,14 +116,15 @@ def analyse(
     parameters = AnalysisParameters(
         **options.analysis_parameters(contact_factor=contact_factor, body_width_mm=width_mm)
     )
-    if path.parent.resolve() == out.resolve():
-        raise BadInput(f"{out}: holds the tracks themselves: choose another --out")
+    check_apart({"--out": out}, {"the tracks": path})
+    check_out(out)
     table = TrackTable(path, in_pixels=circle_px is not None)
     rig = _rig(path, told)
     with results_directory(out) as partial:
         with progress_bar(path.name) as progress:
             analyse_tracks(table, rig, parameters, partial, progress)
-        report = write_report(partial)
+        with finish_despite_signals():
+            report = write_report(partial)
     show_trial(out / report.name)
 
 

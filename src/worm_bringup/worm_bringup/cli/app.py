@@ -14,6 +14,7 @@ from worm_bringup.cli.model import model
 from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
 from worm_bringup.cli.simulate import simulate
+from worm_bringup.results_directory import Kept
 from worm_bringup.trial import Incomplete
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.text import printable
@@ -39,14 +40,18 @@ app.add_typer(model)
 def main() -> None:
     """Run the command.
 
-    Exit status: 0 the result is complete; 1 it is not, nothing was written; 2 bad input, one line
-    on stderr says what and what to do; 130 interrupted.
+    Exit status: 0 the result is complete; 1 it is not: nothing was written, or the last line
+    on stderr names where it is kept; 2 bad input, one line on stderr says what and what to do; 130
+    interrupted.
     """
     try:
         app()
     except (BadInput, ReportError, FileExistsError) as error:
         print(f"worm: {printable(error)}", file=sys.stderr)
         sys.exit(BAD_INPUT)
+    except Kept as error:
+        print(f"worm: {error}", file=sys.stderr)
+        sys.exit(INTERRUPTED if error.interrupted else INCOMPLETE)
     except Incomplete as error:
         print(f"worm: incomplete, no results were written: {printable(error)}", file=sys.stderr)
         sys.exit(INTERRUPTED if error.result.interrupted else INCOMPLETE)

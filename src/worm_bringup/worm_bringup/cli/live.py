@@ -8,6 +8,8 @@ import typer
 from worm_bringup.cli import options
 from worm_bringup.cli.progress import progress_bar, show_result, show_speed
 from worm_bringup.node_spec import NodeSpec
+from worm_bringup.output_rules import check_apart
+from worm_bringup.results_directory import check_out
 from worm_bringup.trial import Incomplete, Trial, run_graph, run_trial
 from worm_tracker.parameters import Polarity
 
@@ -67,6 +69,9 @@ def live(
 
     The latest frame wins: the tracker never lags behind, and what it skips is counted.
     """
+    check_apart({"--out": out, "--record": record}, {"--camera": Path(camera)})
+    if out is not None:
+        check_out(out)
     parameters: dict[str, Any] = {"camera": camera, "reconnections": reconnections}
     if record is not None:
         parameters["record"] = str(record)
@@ -92,7 +97,7 @@ def live(
     )
     with progress_bar("live") as progress:
         if out is not None:
-            result, report = run_trial(trial, out, progress, visible=not private)
+            result, report = run_trial(trial, out, progress, visible=not private, live=True)
             show_result(result, report)
             return
         result = run_graph(trial, None, progress, visible=not private)

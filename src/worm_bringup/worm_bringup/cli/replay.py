@@ -8,7 +8,9 @@ import typer
 from worm_bringup.cli import options
 from worm_bringup.cli.progress import progress_bar, show_result
 from worm_bringup.node_spec import NodeSpec
+from worm_bringup.output_rules import check_apart
 from worm_bringup.provenance import bag_hash
+from worm_bringup.results_directory import check_out
 from worm_bringup.trial import Trial, run_trial
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_tracker.bag_pictures import BagPictures
@@ -101,6 +103,8 @@ def replay(
     }
     if playback_duration is not None:
         player["playback_duration"] = playback_duration
+    check_apart({"--out": out}, {"the bag": bag})
+    check_out(out)
     with BagPictures(bag, topic or None) as pictures:
         chosen = pictures.topic
     trial = Trial(

@@ -8,10 +8,10 @@ import typer
 
 from worm_analysis.report import write_pooled_report, write_report
 from worm_bringup.cli.progress import progress_bar
+from worm_bringup.earlier_result import POOLED, SOFTWARE
+from worm_bringup.output_rules import check_apart
 from worm_bringup.pooled_walks import pooled_walks
-from worm_bringup.results_directory import results_directory
-
-POOLED = {"report.html", "summary.json", "figures", "tables"}
+from worm_bringup.results_directory import check_out, results_directory
 
 
 def report(
@@ -39,7 +39,9 @@ def report(
         for directory in results:
             typer.echo(f"Report: {write_report(directory)}")
         return
-    software = {"software": "worm-escape", "version": version("worm-escape")}
+    check_apart({"--out": out}, {f"trial {number}": path for number, path in enumerate(results, 1)})
+    check_out(out, POOLED)
+    software = {"software": SOFTWARE, "version": version("worm-escape")}
     with results_directory(out, POOLED) as partial, progress_bar(out.name) as progress:
         path = write_pooled_report(results, partial, pooled_walks, software, progress)
     typer.echo(f"Report: {out / path.name}")
