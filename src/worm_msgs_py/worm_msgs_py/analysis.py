@@ -58,7 +58,7 @@ class Quantity:
     Attributes
     ----------
     name : str
-        The symbol of SCIENCE.md in ASCII (``d_c``, ``psi_b_negative_peak``).
+        The symbol of docs/science.md in ASCII (``d_c``, ``psi_b_negative_peak``).
     value : float or None
         None where it cannot be had; `why` then says why.
     low, high : float or None

@@ -1,8 +1,8 @@
 """Names of the coordinate frames, and the parts of the rig in which a worm can be.
 
 Each chamber has a frame of its own: origin at the centre, x towards the middle of its exit, z
-towards the camera, right-handed, metres (SCIENCE.md). Angles grow counter-clockwise as seen in the
-picture. The camera's optical frame has x right and y down (REP 103).
+towards the camera, right-handed, metres (docs/science.md). Angles grow counter-clockwise as seen in
+the picture. The camera's optical frame has x right and y down (REP 103).
 """
 
 from enum import IntEnum

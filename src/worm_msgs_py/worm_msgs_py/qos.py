@@ -1,4 +1,4 @@
-"""The quality-of-service profile of each kind of topic (DESIGN.md)."""
+"""The quality-of-service profile of each kind of topic (docs/architecture.md)."""
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 

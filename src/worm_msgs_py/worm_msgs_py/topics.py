@@ -1,4 +1,4 @@
-"""Topic names, relative, so that a namespace such as /rig1 works (DESIGN.md)."""
+"""Topic names, relative, so that a namespace such as /rig1 works (docs/architecture.md)."""
 
 IMAGE = "image_raw"
 IMAGE_COMPRESSED = "image_raw/compressed"

@@ -113,26 +113,22 @@ def compare_with_walk(
     quantities : sequence of Quantity
         The trial's summary; `can_compare` must hold.
     fit : WalkFit
-        The walk fitted to it (`fitting.fit_walk`).
+        The walk that was fitted to it.
     stamp_ns : int
-        Stamp of the last frame that the summary rests on.
+        That of the summary's last frame.
     parameters : ModelParameters
-        Which walk.
     escapes : EscapeTimes, optional
-        Escapes and lost time so far.
     scores : tuple of (str, float)
-        Of the forecasts so far.
     with_needs : bool
-        Whether to answer the joint question too (`consistency`); it takes a third of a second.
+        Whether to answer the joint question too (`required_reversal`), in a third of a second.
 
     Returns
     -------
     comparison : Comparison
-        Its parameters say of each number of the walk, as ``NAME_is_measured``, whether it is the
-        trial's own (1) or, where the trial has none, the paper's (0). The intervals of what is
-        modelled are those that the numbers' own intervals give it.
+        ``NAME_is_measured`` says of each number of the walk whether it is the trial's own (1) or,
+        where the trial has none, the paper's (0); its interval gives that of what is modelled.
     correlation : Correlation
-        The walk's C_θ, which is exact: no error, no pairs.
+        The walk's C_θ, exact: no error, no pairs.
     """
     found = {quantity.name: quantity for quantity in quantities}
     comparison = Comparison(
@@ -146,10 +142,10 @@ def compare_with_walk(
         needs=trial_needs(found, fit) if with_needs else (),
         scores=scores,
     )
-    lag_s = parameters.lag_s
-    c = direction_correlation(parameters.walk(fit), lag_s)
-    none = np.zeros(len(lag_s), dtype=np.int64)
-    return comparison, Correlation(lag_s, c, np.zeros(len(lag_s)), none, c)
+    c = direction_correlation(parameters.walk(fit), parameters.lag_s)
+    return comparison, Correlation(
+        parameters.lag_s, c, np.zeros_like(c), np.zeros(len(c), np.int64), c
+    )
 
 
 def _parameters(

@@ -20,7 +20,7 @@ SMALLEST_LEAN_RAD, LARGEST_LEAN_RAD = radians(28.0), radians(55.0)
 
 @dataclass(frozen=True, slots=True)
 class Walker:
-    """A simulated worm; the defaults are the paper's numbers (SCIENCE.md).
+    """A simulated worm; the defaults are the paper's numbers (docs/science.md).
 
     Attributes
     ----------
@@ -76,6 +76,17 @@ class Walker:
             raise ValueError(f"reversal_per_cycle is {self.reversal_per_cycle}; it is 0 to 1")
 
 
+@dataclass(frozen=True, slots=True)
+class _Phase:
+    """A slide, a hop or a turn: how long it lasts, how fast the head goes, how far off the wall."""
+
+    duration_s: float
+    speed_mm_s: float
+    excursion_mm: float = 0.0
+    hopping: bool = False
+    turning: bool = False
+
+
 class HeadPath:
     """Moves the head on, a step at a time.
 
@@ -99,62 +110,47 @@ class HeadPath:
         self._direction = 1.0 if self._random.random() < 0.5 else -1.0
         self._lean = LEAN_RAD
         self.lean_rad = self._direction * LEAN_RAD
-        self._turning = False
-        self._hopping = False
-        self._begin_slide()
+        self._phase = self._slide()
+        self._elapsed_s = 0.0
 
     def advance(self, step_s: float) -> None:
         """Move the head on by a step of time."""
         self._vary_lean(step_s)
         while step_s > 0.0:
-            used = min(step_s, self._duration_s - self._elapsed_s)
+            used = min(step_s, self._phase.duration_s - self._elapsed_s)
             self._elapsed_s += used
             step_s -= used
-            self.theta_rad += self._direction * self._speed_mm_s * used / self._radius_mm
-            if self._elapsed_s >= self._duration_s:
-                self._next_phase()
-        part = self._elapsed_s / self._duration_s
-        self.off_wall_mm = self._excursion_mm * sin(pi * part) ** 2
-        swing = cos(pi * part) if self._turning else 1.0
+            self.theta_rad += self._direction * self._phase.speed_mm_s * used / self._radius_mm
+            if self._elapsed_s >= self._phase.duration_s:
+                self._phase, self._elapsed_s = self._next_phase(), 0.0
+        part = self._elapsed_s / self._phase.duration_s
+        self.off_wall_mm = self._phase.excursion_mm * sin(pi * part) ** 2
+        swing = cos(pi * part) if self._phase.turning else 1.0
         self.lean_rad = self._direction * self._lean * swing
 
-    def _next_phase(self) -> None:
-        if self._turning:
+    def _next_phase(self) -> _Phase:
+        if self._phase.turning:
             self._direction = -self._direction
-            self._begin_slide()
-        elif not self._hopping:
-            self._begin_hop()
-        elif self._random.random() < self._walker.reversal_per_cycle:
-            self._begin(TURN_S, 0.0, TURN_EXCURSION_MM, turning=True)
-        else:
-            self._begin_slide()
+            return self._slide()
+        if not self._phase.hopping:
+            return self._hop()
+        if self._random.random() < self._walker.reversal_per_cycle:
+            return _Phase(TURN_S, 0.0, TURN_EXCURSION_MM, turning=True)
+        return self._slide()
 
-    def _begin_slide(self) -> None:
+    def _slide(self) -> _Phase:
         distance = float(self._random.exponential(self._walker.mean_slide_mm))
         speed = self._walker.speed_mm_s
-        self._begin(max(distance / speed, 1e-6), speed, 0.0)
+        return _Phase(max(distance / speed, 1e-6), speed)
 
-    def _begin_hop(self) -> None:
+    def _hop(self) -> _Phase:
         distance = float(self._random.exponential(self._walker.mean_hop_mm))
         excursion = np.inf
         while excursion > LARGEST_EXCURSION_MM:
             excursion = float(self._random.exponential(self._walker.mean_excursion_mm))
         at_speed = distance / self._walker.speed_mm_s
         duration = max(at_speed, 2.0 * excursion / RADIAL_SPEED_MM_S, SLOWEST_HOP_S)
-        self._begin(duration, distance / duration, excursion, hopping=True)
-
-    def _begin(
-        self,
-        duration_s: float,
-        speed_mm_s: float,
-        excursion_mm: float,
-        *,
-        hopping: bool = False,
-        turning: bool = False,
-    ) -> None:
-        self._duration_s, self._elapsed_s = duration_s, 0.0
-        self._speed_mm_s, self._excursion_mm = speed_mm_s, excursion_mm
-        self._hopping, self._turning = hopping, turning
+        return _Phase(duration, distance / duration, excursion, hopping=True)
 
     def _vary_lean(self, step_s: float) -> None:
         kept = np.exp(-step_s / LEAN_S)

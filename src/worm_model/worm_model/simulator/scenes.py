@@ -1,7 +1,7 @@
 """Short films with truth, one for each thing that makes a worm in the rig hard to track."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import cos, pi, radians, sin
 
 import numpy as np
@@ -9,15 +9,14 @@ from numpy.typing import NDArray
 
 from worm_model.simulator import crawling
 from worm_model.simulator.film import FilmFrame, frame_stamp_ns
-from worm_model.simulator.rig import Body, Optics, Rig, clear_view, expose, truth_of
+from worm_model.simulator.rig import Body, Rig, clear_view, expose, truth_of
 from worm_model.simulator.rig import disturbances as seen
+from worm_model.simulator.take import Take
 from worm_model.simulator.worm import Walker, midlines_mm, rounded_body
 
 FPS = 15.0
 LENGTH_MM, WIDTH_MM = 20.0, 0.4
 CRAWL_MM_S = 2.0
-WHOLE_RIG_SCALE = 0.4
-"""The scale of a film of the whole rig, as a part of that of a film of one chamber."""
 WHOLE_RIG_FPS = 2.5
 RESTING_FPS = 0.5
 BUMP_MM, BUMP_RAD = (0.15, -0.1), radians(0.8)
@@ -25,60 +24,6 @@ BUMP_MM, BUMP_RAD = (0.15, -0.1), radians(0.8)
 
 Lines = Iterable[NDArray[np.float64]]
 Disturb = Callable[[NDArray[np.float32], Rig, Body, int], None]
-
-
-@dataclass(frozen=True, slots=True)
-class Take:
-    """How a scene is filmed.
-
-    Attributes
-    ----------
-    px_per_mm : float
-        Scale; the picture of one chamber is 25.6 mm wide and high: 1024² at 40 px/mm.
-    frames : int
-        Length of the film.
-    noise : float
-        Standard deviation of the noise, grey levels.
-    seed : int
-        The same seed gives the same bytes.
-    """
-
-    px_per_mm: float = 40.0
-    frames: int = 300
-    noise: float = 3.0
-    seed: int = 0
-
-    @property
-    def chamber(self) -> Rig:
-        """One chamber, not quite in the picture's middle, its exit to the upper right."""
-        side = round(25.6 * self.px_per_mm)
-        return Rig(
-            width_px=side,
-            height_px=side,
-            px_per_mm=self.px_per_mm,
-            centre_px=(0.4867 * side + 0.13, 0.5054 * side - 0.21),
-            exit_rad=radians(27.0),
-            optics=self._optics,
-        )
-
-    @property
-    def whole_rig(self) -> Rig:
-        """Both chambers and the passage, 3 mm wide, lying almost along the picture."""
-        scale = WHOLE_RIG_SCALE * self.px_per_mm
-        return Rig(
-            width_px=round(80.0 * scale),
-            height_px=round(30.0 * scale),
-            px_per_mm=scale,
-            centre_px=(12.4 * scale + 0.3, 15.5 * scale - 0.4),
-            exit_rad=radians(1.5),
-            exit_width_mm=3.0,
-            chamber_b=True,
-            optics=self._optics,
-        )
-
-    @property
-    def _optics(self) -> Optics:
-        return Optics(noise=self.noise, blur_px=1.0, seed=self.seed)
 
 
 def at_the_wall(take: Take) -> Iterator[FilmFrame]:

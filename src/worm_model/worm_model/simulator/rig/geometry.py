@@ -13,7 +13,7 @@ from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B, Where
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """The paper's rig (SCIENCE.md) under a camera.
+    """The paper's rig (docs/science.md) under a camera.
 
     Attributes
     ----------

@@ -1,6 +1,6 @@
 """What is true of a drawn frame, with the names and units of the tracker's own table."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from math import atan2, degrees, hypot
 from pathlib import Path
@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from worm_model.simulator.rig.body import Body
 from worm_model.simulator.rig.drawing import Coverage, worm_coverage
 from worm_model.simulator.rig.geometry import Rig
 
 CONTACT_FACTOR = 0.3
-"""Contact: R − r_h < 0.3·d_w (SCIENCE.md)."""
+"""Contact: R − r_h < 0.3·d_w (docs/science.md)."""
 MIDLINE_POINTS = 50
 HEAD_PART = 0.1
 """The head's direction is that of the midline's first tenth."""
@@ -71,55 +72,42 @@ def truth_of(
     Parameters
     ----------
     rig : Rig
-        The rig that the worm is in.
     body : Body
-        The worm. Head and tail tip are its midline's ends, which are the outline's outermost
-        points there; the centroid is that of the drawn area, before blur.
+        The worm. Its tips are its midline's ends; the centroid is that of the drawn area.
     frame, stamp_ns : int
-        Number and stamp.
     coverage : Coverage, optional
         The body's, where it is at hand already.
     """
     midline = body.at(np.linspace(0.0, body.length_px, MIDLINE_POINTS))
-    head, tail = midline[0], midline[-1]
-    centroid = (coverage or worm_coverage(body)).centroid_px()
-    neck = body.at(HEAD_PART * body.length_px)
-    chamber = rig.chamber_of(*head)
-    where = rig.where(*head)
-    x_h, y_h = _mm(chamber.to_metres(*map(float, head)))
-    x_c, y_c = _mm(chamber.to_metres(*centroid))
-    x_t, y_t = _mm(chamber.to_metres(*map(float, tail)))
-    x_n, y_n = _mm(chamber.to_metres(*map(float, neck)))
+    chamber, where = rig.chamber_of(*midline[0]), rig.where(*midline[0])
+    points = {
+        "head": _pair(midline[0]),
+        "centroid": (coverage or worm_coverage(body)).centroid_px(),
+        "tail": _pair(midline[-1]),
+    }
+    neck = _pair(body.at(HEAD_PART * body.length_px))
+    mm = {name: _mm(chamber.to_metres(*point)) for name, point in (*points.items(), ("neck", neck))}
+    head = mm["head"]
     width_mm = body.mean_width_px / rig.px_per_mm
-    r_h = hypot(x_h, y_h)
+    r_h = hypot(*head)
     in_chamber = where.label == chamber.name
     return TruthRow(
         stamp_ns=stamp_ns,
         frame=frame,
         where=where.label,
         chamber=chamber.name,
-        head_u_px=float(head[0]),
-        head_v_px=float(head[1]),
-        centroid_u_px=centroid[0],
-        centroid_v_px=centroid[1],
-        tail_u_px=float(tail[0]),
-        tail_v_px=float(tail[1]),
-        head_x_mm=x_h,
-        head_y_mm=y_h,
-        centroid_x_mm=x_c,
-        centroid_y_mm=y_c,
-        tail_x_mm=x_t,
-        tail_y_mm=y_t,
+        **_columns(points, "uv", "px"),
+        **_columns({name: mm[name] for name in points}, "xy", "mm"),
         midline_u_px=midline[:, 0].tolist(),
         midline_v_px=midline[:, 1].tolist(),
         length_mm=body.length_px / rig.px_per_mm,
         width_mm=width_mm,
         r_h_mm=r_h,
-        r_c_mm=hypot(x_c, y_c),
-        r_t_mm=hypot(x_t, y_t),
-        theta_h_rad=atan2(y_h, x_h),
-        psi_b_deg=_angle_to_normal_deg(x_h, y_h, x_h - x_c, y_h - y_c),
-        psi_h_deg=_angle_to_normal_deg(x_h, y_h, x_h - x_n, y_h - y_n),
+        r_c_mm=hypot(*mm["centroid"]),
+        r_t_mm=hypot(*mm["tail"]),
+        theta_h_rad=atan2(head[1], head[0]),
+        psi_b_deg=_angle_to_normal_deg(head, mm["centroid"]),
+        psi_h_deg=_angle_to_normal_deg(head, mm["neck"]),
         contact=rig.radius_mm - r_h < CONTACT_FACTOR * width_mm if in_chamber else None,
         circle_u_px=chamber.centre_u_px,
         circle_v_px=chamber.centre_v_px,
@@ -159,10 +147,25 @@ def _schema() -> pa.Schema:
 SCHEMA = _schema()
 
 
+def _columns(points: Mapping[str, tuple[float, float]], axes: str, unit: str) -> dict[str, float]:
+    """Return points as columns of the table, such as `head_u_px`."""
+    return {
+        f"{name}_{axis}_{unit}": at
+        for name, point in points.items()
+        for axis, at in zip(axes, point, strict=True)
+    }
+
+
+def _pair(point: NDArray[np.float64]) -> tuple[float, float]:
+    return float(point[0]), float(point[1])
+
+
 def _mm(metres: tuple[float, float]) -> tuple[float, float]:
     return metres[0] * 1e3, metres[1] * 1e3
 
 
-def _angle_to_normal_deg(n_x: float, n_y: float, x: float, y: float) -> float:
-    """Signed angle from (n_x, n_y) to (x, y), counter-clockwise positive."""
+def _angle_to_normal_deg(head: tuple[float, float], behind: tuple[float, float]) -> float:
+    """Signed angle from the normal at the head to the way to it, counter-clockwise positive."""
+    n_x, n_y = head
+    x, y = n_x - behind[0], n_y - behind[1]
     return degrees(atan2(n_x * y - n_y * x, n_x * x + n_y * y))
