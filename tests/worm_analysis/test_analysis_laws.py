@@ -380,9 +380,9 @@ def _contacts(track, parameters):
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ({"max_gap_s": 0.0}, "max_gap_s is 0.0"),
+        ({"max_gap_s": 0.0}, "max_gap_s is 0: give 0.001"),
         ({"contact_factor": float("nan")}, "contact_factor is nan"),
-        ({"body_width_m": 0.4}, "give metres"),
+        ({"body_width_m": 0.4}, "if that is in mm, give 0.0004"),
         ({"release_factor": 0.2}, "below contact_factor"),
         ({"coarse_step_s": 0.25}, "multiple"),
         ({"minimum_n": 0}, "minimum_n"),

@@ -308,8 +308,7 @@ def test_a_bad_table_is_refused_in_one_line(worm, tmp_path, make, said):
     ("options", "said"),
     [
         (["--circle-px", 9, 9, 9], "head_u_px"),
-        (["--exit-width-mm", 30], "exit_width_mm"),
-        (["--width-mm", 40], "body_width_m"),
+        (["--exit-width-mm", 30], "--exit-width-mm is 30 mm"),
     ],
 )
 def test_options_that_make_no_sense_are_refused(worm, tmp_path, columns, options, said):

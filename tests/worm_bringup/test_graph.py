@@ -164,9 +164,10 @@ def test_damage_in_the_middle_is_not_the_end(tmp_path):
 @pytest.mark.parametrize(
     ("source", "line"),
     [
-        ({"rat": 1.0}, r"node image_source has no parameter 'rat'; it has bag, loop"),
-        ({"rate": 1}, r"node image_source: .*rate"),
-        ({"rate": -1.0}, r"--rate"),
+        ({"rat": 1.0}, r"node image_source has no parameter 'rat': did you mean 'rate'"),
+        ({"rate": "fast"}, r"node image_source: .*rate"),
+        ({"rate": -1.0}, r"node image_source: rate is -1"),
+        ({"rate": float("nan")}, r"node image_source: rate is nan"),
     ],
 )
 def test_a_wrong_parameter_is_named(tmp_path, source, line):

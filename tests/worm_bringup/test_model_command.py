@@ -48,10 +48,10 @@ def test_every_option_of_the_walk_reaches_it():
         "--rule": ("rule", "rate"),
     }
     given = [part for option, (_, value) in options.items() for part in (option, value)]
-    found = solved(*given, "--no-hop-may-land", "--no-effective-width")["parameters"]
+    found = solved(*given, "--no-hop-may-land")["parameters"]
     assert {name: found[name] for name, _ in options.values()} == dict(options.values())
     assert not found["hop_may_land"]
-    assert not found["effective_width"]
+    assert not solved("--no-effective-width")["parameters"]["effective_width"]
 
 
 def test_a_state_and_its_mirror_image_are_solved():
@@ -87,14 +87,18 @@ def test_figures_are_written_whole_and_the_same_each_time(tmp_path):
     ("arguments", "words"),
     [
         pytest.param(["solve", "--width-mm", "70"], "shorter than the wall's", id="wide exit"),
-        pytest.param(["solve", "--reversal", "1.5"], "per_cycle allows 0 to 1", id="reversal"),
-        pytest.param(["solve", "--slide", "-1"], "must be above 0", id="slide"),
+        pytest.param(
+            ["solve", "--reversal", "1.5"], "--reversal is 1.5: give a share", id="reversal"
+        ),
         pytest.param(["solve", "--theta-deg", "30"], "--direction", id="no direction"),
         pytest.param(["solve", "--direction", "cw"], "--theta-deg", id="no angle"),
         pytest.param(
             ["solve", "--theta-deg", "0", "--direction", "cw"], "has found the exit", id="in it"
         ),
-        pytest.param(["solve", "--at-s", "-1"], "times must be", id="time"),
+        pytest.param(
+            ["solve", "--no-effective-width", "--depth-mm", "1"], "leave out --depth-mm", id="h"
+        ),
+        pytest.param(["compare", "--rule", "rate"], "--rule is for predictions", id="no results"),
         pytest.param(["figure", "--out", "walk.gif"], ".svg, .png, .pdf", id="suffix"),
         pytest.param(
             ["figure", "--out", "no/such/walk.svg"], "there is no directory", id="directory"

@@ -62,7 +62,7 @@ class AnalysisNode(WormNode):
 
     Raises
     ------
-    ValueError
+    BadInput
         Where a parameter is out of range.
     """
 

@@ -1,7 +1,32 @@
 """Everything that a user may tell the analysis, with its default."""
 
 from dataclasses import dataclass
-from math import isfinite
+
+from worm_msgs_py import limits
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
+
+_SPAN = Limit(1e-3, 86_400.0, "s")
+LIMITS = {
+    "contact_factor": limits.CONTACT_FACTOR,
+    "release_factor": limits.CONTACT_FACTOR,
+    "body_width_m": limits.BODY_WIDTH,
+    "min_episode_s": Limit(0.0, 600.0, "s"),
+    "theta_dot_window_s": _SPAN,
+    "mean_window_s": _SPAN,
+    "min_head_certainty": Limit(0.5, 1.0),
+    "incidence_window_s": _SPAN,
+    "max_gap_s": _SPAN,
+    "max_lag_s": _SPAN,
+    "fine_lag_s": _SPAN,
+    "fine_step_s": _SPAN,
+    "coarse_step_s": _SPAN,
+    "stroke_window_s": _SPAN,
+    "minimum_n": Limit(3, 1e6),
+    "summary_interval_s": _SPAN,
+}
+MOST_LAGS = 100_000
+"""Of C_θ: each takes memory and time at every frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +71,7 @@ class AnalysisParameters:
 
     Raises
     ------
-    ValueError
+    BadInput
         Where a value is out of range or two contradict each other.
     """
 
@@ -68,40 +93,23 @@ class AnalysisParameters:
     summary_interval_s: float = 10.0
 
     def __post_init__(self) -> None:
-        positive = (
-            "contact_factor",
-            "theta_dot_window_s",
-            "mean_window_s",
-            "incidence_window_s",
-            "max_gap_s",
-            "max_lag_s",
-            "fine_step_s",
-            "coarse_step_s",
-            "stroke_window_s",
-            "summary_interval_s",
-        )
-        for name in positive:
-            value = getattr(self, name)
-            if not (isfinite(value) and value > 0):
-                raise ValueError(f"{name} is {value}: give a number above 0")
-        if self.body_width_m is not None and not 0 < self.body_width_m < 0.01:
-            raise ValueError(
-                f"body_width_m is {self.body_width_m}: give metres, such as 0.0004, or nothing"
-            )
-        if not 0.5 <= self.min_head_certainty <= 1:
-            raise ValueError(
-                f"min_head_certainty is {self.min_head_certainty}: give a probability from 0.5 to 1"
-            )
+        wrong = limits.first_refusal(self, LIMITS, may_lack=("body_width_m",))
+        if wrong:
+            raise BadInput(wrong)
         if self.release_factor < self.contact_factor:
-            raise ValueError(
+            raise BadInput(
                 f"release_factor {self.release_factor} is below contact_factor "
                 f"{self.contact_factor}: the head would let go before it touches"
             )
-        if self.min_episode_s < 0 or self.minimum_n < 3:
-            raise ValueError("min_episode_s must be 0 or more, minimum_n 3 or more")
         steps = self.coarse_step_s / self.fine_step_s
         if abs(steps - round(steps)) > 1e-9 or self.fine_lag_s > self.max_lag_s:
-            raise ValueError(
+            raise BadInput(
                 f"coarse_step_s {self.coarse_step_s} must be a multiple of fine_step_s "
                 f"{self.fine_step_s}, and fine_lag_s at most max_lag_s"
+            )
+        lags = self.fine_lag_s / self.fine_step_s + self.max_lag_s / self.coarse_step_s
+        if lags > MOST_LAGS:
+            raise BadInput(
+                f"max_lag_s, fine_lag_s and their steps make {lags:.0f} lags: give larger steps, "
+                f"for {MOST_LAGS} at most"
             )

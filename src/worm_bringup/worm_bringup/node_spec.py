@@ -13,6 +13,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.worm_node import refuse_unknown_parameters
 
 
 @dataclass(frozen=True)
@@ -52,11 +53,11 @@ class NodeSpec:
             )
         except InvalidParameterTypeException as error:
             raise BadInput(f"node {self.name}: {error}") from None
-        unknown = [name for name in self.parameters if not node.has_parameter(name)]
-        if unknown:
-            known = ", ".join(sorted(set(node._parameters) - {"use_sim_time"}))
+        try:
+            refuse_unknown_parameters(node)
+        except BadInput:
             node.destroy_node()
-            raise BadInput(f"node {self.name} has no parameter {unknown[0]!r}; it has {known}")
+            raise
         if node.get_name() != self.name:
             raise ValueError(f"{self.module} makes {node.get_name()!r}, not {self.name!r}")
         return node

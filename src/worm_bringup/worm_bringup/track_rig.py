@@ -10,15 +10,22 @@ from numpy.typing import NDArray
 
 from worm_analysis.results import chamber_of
 from worm_bringup.track_table import POINTS, Floats, Rows
-from worm_msgs_py import Chamber, Geometry, Status, Where
+from worm_msgs_py import Chamber, Geometry, Status, Where, limits
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
+from worm_msgs_py.limits import first_refusal
 
 MM = 1e3
 NO_PICTURE_PX_PER_M = 1e8
 """Of a table in millimetres: its picture is imagined, with pixels too small to limit anything."""
 DEPTH_MM, PASSAGE_LENGTH_MM = 1.5, 35.0
 """h and L of the paper."""
+LIMITS = {
+    "radius_mm": limits.RADIUS.to("mm"),
+    "exit_width_mm": limits.EXIT_WIDTH.to("mm"),
+    "depth_mm": limits.DEPTH.to("mm"),
+    "passage_length_mm": limits.PASSAGE_LENGTH.to("mm"),
+}
 PASSAGE_SLACK, UNSEEN_EXIT = 1.2, 1.03
 """As the tracker decides whether a head beyond the wall is in the passage."""
 
@@ -46,7 +53,7 @@ class TableRig:
 
     Raises
     ------
-    ValueError
+    BadInput
         Where a number makes no sense.
     """
 
@@ -61,15 +68,14 @@ class TableRig:
     known: Geometry | None = None
 
     def __post_init__(self) -> None:
-        for name in ("radius_mm", "depth_mm", "passage_length_mm"):
-            if not 0 < getattr(self, name) < 1e4:
-                raise ValueError(f"{name} is {getattr(self, name)}: give millimetres above 0")
-        if isfinite(self.exit_width_mm) and not 0 < self.exit_width_mm < 2 * self.radius_mm:
-            raise ValueError(
-                f"exit_width_mm is {self.exit_width_mm}: give millimetres above 0 and below 2 R"
+        wrong = first_refusal(self, LIMITS, may_lack=("exit_width_mm",))
+        if wrong:
+            raise BadInput(wrong)
+        if self.exit_width_mm >= 2 * self.radius_mm:
+            raise BadInput(
+                f"--exit-width-mm is {self.exit_width_mm:g} mm: an exit is "
+                f"narrower than its chamber, {2 * self.radius_mm:g} mm across"
             )
-        if self.circle_px is not None and not self.circle_px[2] > 0:
-            raise ValueError("circle_px has a radius of 0 or less: give pixels above 0")
 
     @property
     def has_picture(self) -> bool:

@@ -47,7 +47,7 @@ class ModelNode(WormNode):
 
     Raises
     ------
-    ValueError
+    BadInput
         Where a parameter is out of range.
     """
 

@@ -13,6 +13,10 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.text import printable
+from worm_msgs_py.worm_node import refuse_unknown_parameters
+
 TICK_S = 0.1
 """No wait is longer than this, so that a signal or a service is heeded at once."""
 _REFUSED = 2
@@ -88,6 +92,21 @@ def _handling(handler: Callable[[int, FrameType | None], None]) -> Iterator[None
             signal.signal(number, earlier)
 
 
+def start_rclpy(args: list[str] | None) -> None:
+    """Start rclpy without its signal handlers.
+
+    Raises
+    ------
+    BadInput
+        The command line, or a parameter file that it names, cannot be read.
+    """
+    try:
+        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:
+        why = str(error).split(", at ")[0].removeprefix("failed to initialize rcl: ")
+        raise BadInput(f"--ros-args cannot be used: {why}") from None
+
+
 def run_alone(
     make: Callable[[], Node],
     args: list[str] | None = None,
@@ -109,17 +128,18 @@ def run_alone(
     int
         The process's exit status: 0, or 2 where the node refused (one line on stderr).
     """
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node = None
     try:
+        start_rclpy(args)
         with stop_on_signals() as stop:
             node = make()
+            refuse_unknown_parameters(node)
             executor = SingleThreadedExecutor()
             executor.add_node(node)
             while not stop.is_set():
                 executor.spin_once(timeout_sec=TICK_S)
     except (*refusals, InvalidParameterTypeException) as error:
-        print(error, file=sys.stderr)
+        print(printable(error), file=sys.stderr)
         return _REFUSED
     finally:
         if node is not None:

@@ -1,10 +1,17 @@
 """The base of all our nodes: endpoints without what costs time and nobody needs."""
 
+from difflib import get_close_matches
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
+
+_OF_RCLPY = ("qos_overrides.", "use_sim_time", "start_type_description_service")
 
 
 class WormNode(Node):
@@ -19,13 +26,41 @@ class WormNode(Node):
     def __init__(self, name: str, **node_arguments: Any) -> None:
         super().__init__(name, start_parameter_services=False, **node_arguments)
 
-    def read_parameter(self, name: str, default: Any, description: str) -> Any:
+    def read_parameter(
+        self,
+        name: str,
+        default: Any,
+        description: str,
+        limit: Limit | None = None,
+        *,
+        or_else: float | None = None,
+    ) -> Any:
         """Declare a parameter that is read once, with what it is for; return its value.
 
-        `default` may be a `rclpy.parameter.Parameter.Type` where there is no sensible one.
+        Parameters
+        ----------
+        default
+            Its type is the parameter's; may be a `rclpy.parameter.Parameter.Type` where there is no
+            sensible one. A whole number is taken where the default is a float, as YAML writes it.
+        limit : Limit, optional
+            What it may be.
+        or_else : float, optional
+            A value beyond the limit that has a meaning of its own.
+
+        Raises
+        ------
+        BadInput
+            It is out of its limits.
         """
+        given = self._parameter_overrides.get(name)
+        if given is not None and isinstance(default, float) and type(given.value) is int:
+            self._parameter_overrides[name] = Parameter(name, value=float(given.value))
         descriptor = ParameterDescriptor(description=description, read_only=True)
-        return self.declare_parameter(name, default, descriptor).value
+        value = self.declare_parameter(name, default, descriptor).value
+        wrong = "" if limit is None or value == or_else else limit.refusal(value)
+        if wrong:
+            raise BadInput(f"node {self.get_name()}: {name} {wrong}")
+        return value
 
     def create_publisher(self, *args: Any, **kwargs: Any) -> Any:
         """Create a publisher as rclpy does, without handlers of QoS events."""
@@ -38,3 +73,22 @@ class WormNode(Node):
             "event_callbacks", SubscriptionEventCallbacks(use_default_callbacks=False)
         )
         return super().create_subscription(*args, **kwargs)
+
+
+def refuse_unknown_parameters(node: Node) -> None:
+    """Refuse a parameter that was given and is not declared: rclpy passes over it silently.
+
+    Raises
+    ------
+    BadInput
+        Names the first of them, and the declared one that is most like it.
+    """
+    known = sorted(set(node._parameters) - {"use_sim_time"})
+    for name in node._parameter_overrides:
+        if name in node._parameters or name.startswith(_OF_RCLPY):
+            continue
+        like = get_close_matches(name, known, n=1)
+        guess = f"did you mean {like[0]!r}? " if like else ""
+        raise BadInput(
+            f"node {node.get_name()} has no parameter {name!r}: {guess}it has {', '.join(known)}"
+        )

@@ -12,11 +12,15 @@ from sensor_msgs.msg import Image
 
 from worm_msgs_py import convert, topics
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
 from worm_msgs_py.qos import IMAGE_REPLAY
 from worm_tracker.camera import Camera, Kind
 from worm_tracker.picture_recorder import PictureRecorder
 from worm_tracker.pictures import IMAGE_TYPE
 from worm_tracker.source_node import SourceNode, run_alone
+
+RECONNECTIONS = Limit(0, 1_000_000)
+SECONDS = Limit(1e-3, 3600.0, "s")
 
 
 class CameraNode(SourceNode):
@@ -59,9 +63,11 @@ class CameraNode(SourceNode):
         parameter = self.read_parameter
         address = parameter("camera", Parameter.Type.STRING, "device, address or video file")
         record = parameter("record", "", "directory for what is sent; empty: none")
-        reconnections = parameter("reconnections", 5, "attempts in a row")
-        delay_s = parameter("reconnect_delay", 1.0, "seconds before each attempt")
-        self._stall_s = parameter("stall", 5.0, "seconds without a frame: the stream has stopped")
+        reconnections = parameter("reconnections", 5, "attempts in a row", RECONNECTIONS)
+        delay_s = parameter("reconnect_delay", 1.0, "seconds before each attempt", SECONDS)
+        self._stall_s = parameter(
+            "stall", 5.0, "seconds without a frame: the stream has stopped", SECONDS
+        )
         if not address:
             raise BadInput("no camera was given; set the parameter `camera`")
         self.window = 1

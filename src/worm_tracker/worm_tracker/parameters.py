@@ -2,21 +2,30 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from math import isfinite
+from math import hypot, isfinite
 
+from worm_msgs_py import limits
 from worm_msgs_py.errors import TrackerError
 
 NAN = float("nan")
-_POSITIVE = (
-    "radius_m",
-    "radius_px",
-    "radius_b_px",
-    "exit_width_m",
-    "depth_m",
-    "passage_length_m",
-    "px_per_mm",
-)
-"""NaN, for unknown, passes."""
+LIMITS = {
+    "radius_m": limits.RADIUS,
+    "centre_u_px": limits.PLACE_PX,
+    "centre_v_px": limits.PLACE_PX,
+    "radius_px": limits.RADIUS_PX,
+    "centre_b_u_px": limits.PLACE_PX,
+    "centre_b_v_px": limits.PLACE_PX,
+    "radius_b_px": limits.RADIUS_PX,
+    "exit_deg": limits.ANGLE,
+    "exit_width_m": limits.EXIT_WIDTH,
+    "depth_m": limits.DEPTH,
+    "passage_length_m": limits.PASSAGE_LENGTH,
+    "px_per_mm": limits.PX_PER_MM,
+    "hold_back_frames": limits.Limit(0, 1e5),
+    "calibration_frames": limits.Limit(1, 1e5),
+}
+MAY_LACK = frozenset(LIMITS) - {"radius_m", "depth_m", "hold_back_frames", "calibration_frames"}
+"""NaN says of these that they are to be looked for, or are not known."""
 
 
 class Polarity(StrEnum):
@@ -89,17 +98,19 @@ class TrackerParameters:
         self._check_circles()
         if self.no_chamber and (self.chamber_given or isfinite(self.exit_deg)):
             raise TrackerError("no_chamber contradicts a given chamber or exit: leave one of them")
-        for name in _POSITIVE:
-            value = getattr(self, name)
-            if value <= 0 or value == float("inf"):
-                raise TrackerError(f"{name} must be positive, not {value}")
+        wrong = limits.first_refusal(self, LIMITS, MAY_LACK)
+        if wrong:
+            raise TrackerError(wrong)
+        if isfinite(self.px_per_mm) and not self.no_chamber:
+            raise TrackerError(
+                "px_per_mm (--px-per-mm) is the scale of pictures without a chamber, whose radius "
+                "gives it: leave it out, or set no_chamber (--no-chamber)"
+            )
         if self.exit_width_m >= 2 * self.radius_m:
             raise TrackerError(
-                f"exit_width_m is {self.exit_width_m}: an exit is narrower than its chamber, "
-                f"{2 * self.radius_m}"
+                f"--exit-width-mm (exit_width_m) is {1e3 * self.exit_width_m:g} mm: an exit is "
+                f"narrower than its chamber, {2e3 * self.radius_m:g} mm across"
             )
-        if self.hold_back_frames < 0 or self.calibration_frames < 1:
-            raise TrackerError("hold_back_frames must be 0 or more, calibration_frames 1 or more")
 
     def _check_circles(self) -> None:
         """Refuse a circle that is given in part, and a second one without a first."""
@@ -111,7 +122,17 @@ class TrackerParameters:
                     f"{which} is given in part: give the centre's u and v and the radius, or none"
                 )
         if isfinite(second[0]) and not isfinite(first[0]):
-            raise TrackerError("the second chamber is given without the first: give both")
+            raise TrackerError(
+                "the second chamber (--circle-b-px) is given without the first (--circle-px): "
+                "give both"
+            )
+        apart_px = hypot(first[0] - second[0], first[1] - second[1])
+        if apart_px < first[2] + second[2]:  # False where one of them is not given
+            raise TrackerError(
+                f"the second chamber (--circle-b-px) overlaps the first: their centres are "
+                f"{apart_px:g} px apart, their radii {first[2]:g} and {second[2]:g} px: give "
+                "circles that lie beside each other"
+            )
 
     @property
     def chamber_given(self) -> bool:

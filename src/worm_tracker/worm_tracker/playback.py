@@ -3,9 +3,14 @@
 import math
 from collections.abc import Iterable, Iterator
 
+from worm_msgs_py.limits import Limit
 from worm_tracker.bag_pictures import BagPicture
 from worm_tracker.cdr import with_stamp
 
+RATE = Limit(1e-3, 1e3, or_zero=True)
+"""Of the recording to a second's; 0: as fast as can be."""
+START_OFFSET, PLAYBACK = Limit(0.0, 1e7, "s"), Limit(1e-3, 1e7, "s")
+"""Seconds to leave out, and to play."""
 _LONE_PICTURE_NS = 1_000_000_000
 """What a recording of a single picture takes to play, where it is repeated."""
 

@@ -12,10 +12,11 @@ from std_srvs.srv import Trigger
 
 from worm_msgs_py import topics
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
 from worm_msgs_py.qos import IMAGE_REPLAY
 from worm_tracker.bag_pictures import BagPicture, BagPictures
 from worm_tracker.pictures import IMAGE_TYPE
-from worm_tracker.playback import Playback, in_a_loop
+from worm_tracker.playback import PLAYBACK, RATE, START_OFFSET, Playback, in_a_loop
 from worm_tracker.source_node import SourceNode, run_alone
 
 
@@ -33,7 +34,7 @@ class ReplayNode(SourceNode):
     loop : bool
         Begin again at the end, until a signal; stamps go on growing.
     start_offset, playback_duration : float
-        Seconds of recording to leave out, and to play; a negative duration plays to the end.
+        Seconds of recording to leave out, and to play; a duration of -1.0 plays to the end.
     start_paused : bool
         Wait for `~/resume` or `~/play_next`.
     window : int
@@ -64,18 +65,19 @@ class ReplayNode(SourceNode):
         parameter = self.read_parameter
         bag = parameter("bag", Parameter.Type.STRING, "rosbag2 directory, .mcap or .db3 file")
         topic = parameter("topic", "", "topic of the pictures; empty: the only one")
-        rate = parameter("rate", 0.0, "1.0 is real time, 0.0 as fast as can be")
+        rate = parameter("rate", 0.0, "1.0 is real time, 0.0 as fast as can be", RATE)
         loop = parameter("loop", False, "begin again at the end")
-        offset_s = parameter("start_offset", 0.0, "seconds to leave out")
-        duration_s = parameter("playback_duration", -1.0, "seconds to play; negative: to the end")
+        offset_s = parameter("start_offset", 0.0, "seconds to leave out", START_OFFSET)
+        duration_s = parameter(
+            "playback_duration", -1.0, "seconds to play; -1.0: to the end", PLAYBACK, or_else=-1.0
+        )
         paused = parameter("start_paused", False, "wait for ~/resume or ~/play_next")
-        self.window = parameter("window", 8, "frames in flight between processes; 0: any number")
+        self.window = parameter(
+            "window", 8, "frames in flight between processes; 0: any number", Limit(0, 1000)
+        )
         if not bag:
             raise BadInput("no bag was given; set the parameter `bag`")
-        try:
-            self._playback = Playback(rate, paused=paused)
-        except ValueError as error:
-            raise BadInput(f"--rate: {error}") from None
+        self._playback = Playback(rate, paused=paused)
         self._bag = BagPictures(
             Path(bag),
             topic or None,

@@ -8,8 +8,8 @@ from typing import Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor, TimeoutException
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import UInt64, UInt64MultiArray
 
 from worm_msgs_py import SourceEvent, convert, topics
@@ -18,8 +18,9 @@ from worm_msgs_py.errors import BadInput
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, RESULT
-from worm_msgs_py.running import TICK_S, stop_on_signals
-from worm_msgs_py.worm_node import WormNode
+from worm_msgs_py.running import TICK_S, start_rclpy, stop_on_signals
+from worm_msgs_py.text import printable
+from worm_msgs_py.worm_node import WormNode, refuse_unknown_parameters
 
 NAME = "image_source"
 _REPORT_EVERY_S = 1.0
@@ -248,10 +249,11 @@ def run_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> 
     int
         The process's exit status: 0 whole, 1 interrupted, 2 bad input (one line on stderr).
     """
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:
+        start_rclpy(args)
         with stop_on_signals() as stop:
             source = make()
+            refuse_unknown_parameters(source)
             executor = SingleThreadedExecutor()
             executor.add_node(source)
             while not stop.is_set() and not source.is_watched:
@@ -262,8 +264,8 @@ def run_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> 
                 executor.spin_once(timeout_sec=TICK_S)  # the latched end must be there to be read
             source.destroy_node()
             return 0 if ended else 1
-    except BadInput as error:
-        print(error, file=sys.stderr)
+    except (BadInput, InvalidParameterTypeException) as error:
+        print(printable(error), file=sys.stderr)
         return 2
     finally:
         rclpy.try_shutdown()

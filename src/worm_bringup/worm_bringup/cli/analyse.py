@@ -9,15 +9,19 @@ import typer
 from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.report import write_report
 from worm_bringup.cli import options
+from worm_bringup.cli.numbers import number, numbers
 from worm_bringup.cli.progress import progress_bar, show_trial
 from worm_bringup.output_rules import check_apart
 from worm_bringup.results_directory import check_out, results_directory
 from worm_bringup.track_analysis import analyse_tracks
 from worm_bringup.track_rig import TableRig, rig_of_summary
 from worm_bringup.track_table import TrackTable
+from worm_msgs_py import limits
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
 from worm_msgs_py.running import finish_despite_signals
 
+_PLACE = Limit(-1e4, 1e4, "mm")
 _RIG = "The rig, where the table cannot say"
 
 
@@ -29,34 +33,47 @@ def analyse(
     out: options.Out,
     radius_mm: Annotated[
         float | None,
-        typer.Option(min=0.01, help="The chamber's radius R  [default: 10]", rich_help_panel=_RIG),
+        number(
+            limits.RADIUS.to("mm"),
+            help="The chamber's radius R; 10 where not given.",
+            rich_help_panel=_RIG,
+        ),
     ] = None,
     exit_width_mm: Annotated[
-        float | None, typer.Option(min=0.0, help="The exit's width W.", rich_help_panel=_RIG)
+        float | None,
+        number(limits.EXIT_WIDTH.to("mm"), help="The exit's width W.", rich_help_panel=_RIG),
     ] = None,
     passage_length_mm: Annotated[
         float | None,
-        typer.Option(min=0.01, help="The passage's length L  [default: 35]", rich_help_panel=_RIG),
+        number(
+            limits.PASSAGE_LENGTH.to("mm"),
+            help="The passage's length L; 35 where not given.",
+            rich_help_panel=_RIG,
+        ),
     ] = None,
     depth_mm: Annotated[
         float | None,
-        typer.Option(
-            min=0.01, help="The sheet's thickness h  [default: 1.5]", rich_help_panel=_RIG
+        number(
+            limits.DEPTH.to("mm"),
+            help="The sheet's thickness h; 1.5 where not given.",
+            rich_help_panel=_RIG,
         ),
     ] = None,
     centre_mm: Annotated[
         tuple[float, float] | None,
-        typer.Option(
-            metavar="X Y",
-            help="The chamber's centre in the table's millimetres  [default: 0 0]",
+        numbers(
+            "The chamber's centre in the table's millimetres; 0 0 where not given.",
             rich_help_panel=_RIG,
+            X=_PLACE,
+            Y=_PLACE,
         ),
     ] = None,
     exit_deg: Annotated[
         float | None,
-        typer.Option(
+        number(
+            limits.ANGLE,
             help="Direction of the exit, counter-clockwise from the table's x axis (with "
-            "--circle-px: from the picture's right)  [default: 0]",
+            "--circle-px: from the picture's right); 0 where not given.",
             rich_help_panel=_RIG,
         ),
     ] = None,
@@ -68,16 +85,19 @@ def analyse(
     ] = False,
     circle_px: Annotated[
         tuple[float, float, float] | None,
-        typer.Option(
-            metavar="U V RADIUS",
-            help="The wall's circle in pixels: take the columns in pixels (head_u_px …).",
+        numbers(
+            "The wall's circle in pixels: take the columns in pixels (head_u_px …).",
             rich_help_panel=_RIG,
+            U=limits.PLACE_PX,
+            V=limits.PLACE_PX,
+            RADIUS=limits.RADIUS_PX,
         ),
     ] = None,
-    contact_factor: options.ContactFactor = 0.3,
+    contact_factor: options.ContactFactor = None,
     width_mm: Annotated[
         float | None,
-        typer.Option(
+        number(
+            limits.BODY_WIDTH.to("mm"),
             "--width-mm",
             "--body-width-mm",
             help="The worm's width d_w; the median of the table's width_mm where not given.",
@@ -147,7 +167,4 @@ def _rig(path: Path, told: dict[str, Any]) -> TableRig:
             )
     if "circle_px" in told and {"centre_mm", "y_down"} & told.keys():
         raise BadInput("--circle-px is for tables in pixels: leave out --centre-mm and --y-down")
-    try:
-        return TableRig(**{"exit_width_mm": nan, **told})
-    except ValueError as error:
-        raise BadInput(f"the analysis cannot use these options: {error}") from None
+    return TableRig(**{"exit_width_mm": nan, **told})

@@ -1,6 +1,7 @@
 """The `worm` command: its subcommands, and what every one of them does with an error."""
 
 import sys
+from typing import NoReturn
 
 import typer
 
@@ -14,6 +15,7 @@ from worm_bringup.cli.model import model
 from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
 from worm_bringup.cli.simulate import simulate
+from worm_bringup.cli.usage import UsageFault, usage_line
 from worm_bringup.results_directory import Kept
 from worm_bringup.trial import Incomplete
 from worm_msgs_py.errors import BadInput
@@ -45,13 +47,30 @@ def main() -> None:
     interrupted.
     """
     try:
-        app()
+        status = app(standalone_mode=False)
+    except UsageFault as fault:
+        line = usage_line(fault)
+        if not line:  # the help was printed instead
+            sys.exit(BAD_INPUT)
+        _refuse(line)
     except (BadInput, ReportError, FileExistsError) as error:
-        print(f"worm: {printable(error)}", file=sys.stderr)
-        sys.exit(BAD_INPUT)
+        _refuse(error)
     except Kept as error:
-        print(f"worm: {error}", file=sys.stderr)
+        print(f"worm: {printable(error)}", file=sys.stderr)
         sys.exit(INTERRUPTED if error.interrupted else INCOMPLETE)
+    except OSError as error:
+        if error.filename is None:
+            raise
+        _refuse(f"{error.filename}: {error.strerror}: is the path right, and open to you?")
+    except MemoryError as error:
+        _refuse(f"out of memory ({error}): give the machine more, or ask for less")
     except Incomplete as error:
         print(f"worm: incomplete, no results were written: {printable(error)}", file=sys.stderr)
         sys.exit(INTERRUPTED if error.result.interrupted else INCOMPLETE)
+    else:
+        sys.exit(status or 0)
+
+
+def _refuse(error: object) -> NoReturn:
+    print(f"worm: {printable(error)}", file=sys.stderr)
+    sys.exit(BAD_INPUT)

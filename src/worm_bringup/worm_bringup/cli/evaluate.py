@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from worm_bringup.cli.numbers import number
 from worm_model.evaluation import (
     CERTAIN,
     Evaluation,
@@ -18,6 +19,7 @@ from worm_model.evaluation import (
 )
 from worm_model.evaluation import evaluate as compare
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
 
 
 def evaluate(
@@ -25,7 +27,7 @@ def evaluate(
     truth: Annotated[Path, typer.Argument(help="The truth's table, such as BAG_truth.parquet.")],
     certain: Annotated[
         float,
-        typer.Option(min=0.5, max=1.0, help="Head certainty that counts as certain."),
+        number(Limit(0.5, 1.0), help="Head certainty that counts as certain."),
     ] = CERTAIN,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:

@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
+from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar
+from worm_msgs_py.limits import FPS, JPEG_QUALITY
 from worm_tracker.video_import import import_film, open_film
 
 
@@ -18,9 +20,7 @@ def import_(
     out: Annotated[Path, typer.Option(help="The bag to make.")],
     fps: Annotated[
         float | None,
-        typer.Option(
-            min=1e-3, help="Pictures a second; a video's own times are kept where not given."
-        ),
+        number(FPS, help="Pictures a second; a video's own times are kept where not given."),
     ] = None,
     start: Annotated[
         datetime | None,
@@ -30,7 +30,7 @@ def import_(
     ] = None,
     jpeg_quality: Annotated[
         int | None,
-        typer.Option(min=1, max=100, help="Smaller, but lossy; PNG, lossless, where not given."),
+        number(JPEG_QUALITY, help="Smaller, but lossy; PNG, lossless, where not given."),
     ] = None,
 ) -> None:
     """Turn a film that is no bag into one, every picture of it, to be replayed.

@@ -6,11 +6,13 @@ from typing import Annotated, Any
 import typer
 
 from worm_bringup.cli import options
+from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar, show_result, show_speed
 from worm_bringup.node_spec import NodeSpec
 from worm_bringup.output_rules import check_apart
 from worm_bringup.results_directory import check_out
 from worm_bringup.trial import Incomplete, Trial, run_graph, run_trial
+from worm_tracker.camera_node import RECONNECTIONS
 from worm_tracker.parameters import Polarity
 
 _CAMERA = "The camera"
@@ -38,21 +40,23 @@ def live(
     ] = None,
     reconnections: Annotated[
         int,
-        typer.Option(
-            min=0, help="How often in a row to open a lost stream anew.", rich_help_panel=_CAMERA
+        number(
+            RECONNECTIONS,
+            help="How often in a row to open a lost stream anew.",
+            rich_help_panel=_CAMERA,
         ),
     ] = 5,
     polarity: options.PolarityOption = Polarity.DARK,
     no_chamber: options.NoChamber = False,
-    radius_mm: options.RadiusMm = 10.0,
+    radius_mm: options.RadiusMm = None,
     circle_px: options.CirclePx = None,
     circle_b_px: options.CircleBPx = None,
     exit_deg: options.ExitDeg = None,
     exit_width_mm: options.ExitWidthMm = None,
-    depth_mm: options.DepthMm = 1.5,
+    depth_mm: options.DepthMm = None,
     passage_mm: options.PassageMm = None,
     px_per_mm: options.PxPerMm = None,
-    contact_factor: options.ContactFactor = 0.3,
+    contact_factor: options.ContactFactor = None,
     body_width_mm: options.BodyWidthMm = None,
     private: Annotated[
         bool,
@@ -91,7 +95,7 @@ def live(
             px_per_mm=px_per_mm,
         ),
         analysis=options.analysis_parameters(
-            contact_factor=contact_factor, body_width_mm=body_width_mm
+            contact_factor=contact_factor, body_width_mm=body_width_mm, no_chamber=no_chamber
         ),
         namespace=namespace,
     )

@@ -1,6 +1,7 @@
 """`worm model`: what the boundary walk says, without a trial."""
 
 import json
+from dataclasses import replace
 from math import isnan, radians
 from pathlib import Path
 from typing import Annotated
@@ -10,16 +11,23 @@ from rich.console import Console
 from rich.table import Table
 
 from worm_bringup.cli.model_compare import compare
+from worm_bringup.cli.numbers import number
 from worm_model.boundary_walk.figures import write_figure
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 from worm_model.boundary_walk.summary import CONVENTIONS, NO_FALL, WalkSummary, summarise
+from worm_msgs_py import limits
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
 
 _WALK = "The walk"
 _RIG = "The rig"
 _START = "The start"
 _DEFAULTS = WalkParameters()
+WIDTH = replace(limits.EXIT_WIDTH.to("mm"), or_zero=True)
+DEPTH = replace(limits.DEPTH.to("mm"), or_zero=True)
+SPEED, STEP = Limit(1e-3, 1e3, "mm/s"), Limit(0.01, 1e3, "mm")
+REVERSAL, AT = Limit(0.0, 100.0), Limit(0.0, 1e7, "s")
 
 model = typer.Typer(
     name="model", help="Ask the boundary walk, solved exactly.", no_args_is_help=True
@@ -30,29 +38,35 @@ model.command()(compare)
 @model.command()
 def solve(
     width_mm: Annotated[
-        float, typer.Option(help="Width W of the exit.", rich_help_panel=_RIG)
+        float, number(WIDTH, help="Width W of the exit.", rich_help_panel=_RIG)
     ] = _DEFAULTS.exit_width_mm,
     radius_mm: Annotated[
-        float, typer.Option(help="Radius R of the chamber.", rich_help_panel=_RIG)
+        float,
+        number(limits.RADIUS.to("mm"), help="Radius R of the chamber.", rich_help_panel=_RIG),
     ] = _DEFAULTS.radius_mm,
     depth_mm: Annotated[
-        float, typer.Option(help="Depth h of the chamber.", rich_help_panel=_RIG)
-    ] = _DEFAULTS.depth_mm,
+        float | None,
+        number(DEPTH, help="Depth h of the chamber; 1.5 where not given.", rich_help_panel=_RIG),
+    ] = None,
     effective_width: Annotated[
         bool, typer.Option(help="Take the exit as √(W² + h²) wide, or as W.", rich_help_panel=_RIG)
     ] = _DEFAULTS.effective_width,
     speed: Annotated[
-        float, typer.Option(help="Speed along the wall, mm/s.", rich_help_panel=_WALK)
+        float, number(SPEED, help="Speed along the wall.", rich_help_panel=_WALK)
     ] = _DEFAULTS.speed_mm_s,
     slide: Annotated[
-        float, typer.Option(help="Mean d_c, mm.", rich_help_panel=_WALK)
+        float, number(STEP, help="Mean d_c.", rich_help_panel=_WALK)
     ] = _DEFAULTS.mean_slide_mm,
     hop: Annotated[
-        float, typer.Option(help="Mean d_nc, mm.", rich_help_panel=_WALK)
+        float, number(STEP, help="Mean d_nc.", rich_help_panel=_WALK)
     ] = _DEFAULTS.mean_hop_mm,
     reversal: Annotated[
         float,
-        typer.Option(help="Share of reversals; with --rule rate, per s.", rich_help_panel=_WALK),
+        number(
+            REVERSAL,
+            help="Share of reversals, at most 1; with --rule rate, per s.",
+            rich_help_panel=_WALK,
+        ),
     ] = _DEFAULTS.reversal,
     rule: Annotated[
         ReversalRule, typer.Option(help="What a reversal counts.", rich_help_panel=_WALK)
@@ -62,7 +76,8 @@ def solve(
     ] = _DEFAULTS.hop_may_land,
     theta_deg: Annotated[
         float | None,
-        typer.Option(
+        number(
+            limits.ANGLE,
             help="Start at an angle from the exit's middle, counter-clockwise positive; without "
             "it, anywhere on the wall.",
             rich_help_panel=_START,
@@ -77,7 +92,7 @@ def solve(
     ] = None,
     at_s: Annotated[
         list[float] | None,
-        typer.Option(help="Time of the survival function; may be given several times."),
+        number(AT, help="Time of the survival function; may be given several times."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
@@ -86,11 +101,19 @@ def solve(
     Try it: `worm model solve --width-mm 2 --reversal 0.45 --at-s 10 --at-s 30`, or from a state:
     `worm model solve --theta-deg -90 --direction ccw`.
     """
+    if depth_mm is not None and not effective_width:
+        raise BadInput(
+            "--no-effective-width takes the exit as W wide, whatever h is: leave out --depth-mm"
+        )
+    if reversal > 1.0 and rule is not ReversalRule.RATE:
+        raise BadInput(
+            f"--reversal is {reversal:g}: give a share, 0 to 1, or add --rule rate, for 1/s"
+        )
     try:
         parameters = WalkParameters(
             radius_mm=radius_mm,
             exit_width_mm=width_mm,
-            depth_mm=depth_mm,
+            depth_mm=_DEFAULTS.depth_mm if depth_mm is None else depth_mm,
             speed_mm_s=speed,
             mean_slide_mm=slide,
             mean_hop_mm=hop,
@@ -99,9 +122,13 @@ def solve(
             hop_may_land=hop_may_land,
             effective_width=effective_width,
         )
-        summary = summarise(parameters, _start(theta_deg, direction, phase), at_s or ())
     except ValueError as error:
-        raise BadInput(f"the walk cannot be solved: {error}") from None
+        raise BadInput(f"--width-mm, --depth-mm, --radius-mm: {error}") from None
+    start = _start(theta_deg, direction, phase)
+    try:
+        summary = summarise(parameters, start, at_s or ())
+    except ValueError as error:
+        raise BadInput(f"--theta-deg: {error}") from None
     if as_json:
         document = summary.document()
         typer.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
@@ -134,10 +161,12 @@ def _start(
 ) -> WalkState | None:
     if theta_deg is None:
         if direction is not None or phase is not None:
-            raise ValueError("--direction and --phase are of a state: give --theta-deg too")
+            raise BadInput("--direction and --phase are of a state: give --theta-deg too")
         return None
     if direction is None:
-        raise ValueError("a state has a direction: give --direction cw or ccw too")
+        raise BadInput(
+            "--theta-deg is of a state, which has a direction: give --direction cw or ccw too"
+        )
     return WalkState(radians(theta_deg), direction, phase or Phase.SLIDE)
 
 

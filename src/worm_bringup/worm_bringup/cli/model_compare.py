@@ -14,6 +14,7 @@ from rich.table import Column, Table
 
 from worm_analysis.report.numbers import interval, value
 from worm_bringup.cli.progress import progress_bar
+from worm_bringup.cli.usage import option_name
 from worm_bringup.model_comparisons import Case, compare_trials
 from worm_model.boundary_walk.parameters import ReversalRule
 from worm_model.inference.comparison import ModelParameters
@@ -24,8 +25,6 @@ from worm_msgs_py import Comparison, ModelQuantity, NeededReversal, Quantity
 from worm_msgs_py.agreement import agreements
 from worm_msgs_py.errors import BadInput
 
-_DEFAULTS = ModelParameters()
-_RULE, _SPEED = ReversalRule(_DEFAULTS.rule), Speed(_DEFAULTS.speed)
 _MILLI = {"m": "mm", "m/s": "mm/s"}
 PAPER = "the paper's own numbers"
 WIDTH = 110
@@ -40,17 +39,20 @@ def compare(
         ),
     ] = None,
     rule: Annotated[
-        ReversalRule, typer.Option(help="What a reversal counts, for the predictions.")
-    ] = _RULE,
+        ReversalRule | None,
+        typer.Option(help="What a reversal counts, for the predictions; per_cycle if not given."),
+    ] = None,
     speed: Annotated[
-        Speed, typer.Option(help="The walk's speed: the mean one along the wall, or v_w.")
-    ] = _SPEED,
+        Speed | None,
+        typer.Option(help="The walk's speed: v_b, the mean one along the wall, or v_w."),
+    ] = None,
     hop_may_land: Annotated[
-        bool, typer.Option(help="A hop that ends above the exit finds it.")
-    ] = _DEFAULTS.hop_may_land,
+        bool | None, typer.Option(help="A hop that ends above the exit finds it, as by default.")
+    ] = None,
     effective_width: Annotated[
-        bool, typer.Option(help="Take the exit as √(W² + h²) wide, or as W.")
-    ] = _DEFAULTS.effective_width,
+        bool | None,
+        typer.Option(help="Take the exit as √(W² + h²) wide, as by default, or as W."),
+    ] = None,
     figure: Annotated[
         Path | None,
         typer.Option(help="Draw the joint question of the last table: .svg, .png or .pdf."),
@@ -65,12 +67,21 @@ def compare(
 
     Try it: `worm model compare` for the paper's numbers, or `worm model compare out/walk-results`.
     """
-    parameters = ModelParameters(
-        rule=rule.value,
-        speed=speed.value,
-        hop_may_land=hop_may_land,
-        effective_width=effective_width,
-    )
+    given = {
+        "rule": rule,
+        "speed": speed,
+        "hop_may_land": hop_may_land,
+        "effective_width": effective_width,
+    }
+    told: dict[str, Any] = {
+        name: getattr(value, "value", value) for name, value in given.items() if value is not None
+    }
+    if told and not results:
+        raise BadInput(
+            f"{option_name(next(iter(told)))} is for predictions: name the results to predict, or "
+            "leave it out"
+        )
+    parameters = ModelParameters(**told)
     if figure is not None:
         _refuse(figure)
     if results:

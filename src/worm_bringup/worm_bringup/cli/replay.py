@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 from worm_bringup.cli import options
+from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar, show_result
 from worm_bringup.node_spec import NodeSpec
 from worm_bringup.output_rules import check_apart
@@ -15,6 +16,7 @@ from worm_bringup.trial import Trial, run_trial
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.parameters import Polarity
+from worm_tracker.playback import PLAYBACK, RATE, START_OFFSET
 
 _PLAYER = "The player (as in ros2 bag play)"
 
@@ -27,17 +29,17 @@ def replay(
     ] = "",
     rate: Annotated[
         float,
-        typer.Option(
-            min=0.0,
+        number(
+            RATE,
             help="1 is real time; 0 is as fast as the graph can take it.",
             rich_help_panel=_PLAYER,
         ),
     ] = 0.0,
     start_offset: Annotated[
-        float, typer.Option(min=0.0, help="Seconds to leave out.", rich_help_panel=_PLAYER)
+        float, number(START_OFFSET, help="Seconds to leave out.", rich_help_panel=_PLAYER)
     ] = 0.0,
     playback_duration: Annotated[
-        float | None, typer.Option(help="Seconds to play.", rich_help_panel=_PLAYER)
+        float | None, number(PLAYBACK, help="Seconds to play.", rich_help_panel=_PLAYER)
     ] = None,
     loop: Annotated[
         bool,
@@ -57,15 +59,15 @@ def replay(
     ] = False,
     polarity: options.PolarityOption = Polarity.DARK,
     no_chamber: options.NoChamber = False,
-    radius_mm: options.RadiusMm = 10.0,
+    radius_mm: options.RadiusMm = None,
     circle_px: options.CirclePx = None,
     circle_b_px: options.CircleBPx = None,
     exit_deg: options.ExitDeg = None,
     exit_width_mm: options.ExitWidthMm = None,
-    depth_mm: options.DepthMm = 1.5,
+    depth_mm: options.DepthMm = None,
     passage_mm: options.PassageMm = None,
     px_per_mm: options.PxPerMm = None,
-    contact_factor: options.ContactFactor = 0.3,
+    contact_factor: options.ContactFactor = None,
     body_width_mm: options.BodyWidthMm = None,
     processes: options.Processes = False,
     visible: Annotated[
@@ -129,7 +131,7 @@ def replay(
             px_per_mm=px_per_mm,
         ),
         analysis=options.analysis_parameters(
-            contact_factor=contact_factor, body_width_mm=body_width_mm
+            contact_factor=contact_factor, body_width_mm=body_width_mm, no_chamber=no_chamber
         ),
         namespace=namespace,
     )

@@ -20,7 +20,15 @@ from worm_model.inference.fit import LOWEST, MM_PER_M, REVERSAL_NAMES, Speed, Wa
 from worm_model.inference.intervals import NOTHING, Interval
 from worm_model.inference.required_reversal import trial_needs
 from worm_msgs_py import Comparison, Correlation, ModelQuantity, Quantity
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit, first_refusal
 
+LIMITS = {
+    "longest_lag_s": Limit(1e-3, 86_400.0, "s"),
+    "lag_step_s": Limit(1e-3, 86_400.0, "s"),
+    "forecast_interval_s": Limit(1e-3, 86_400.0, "s"),
+}
+MOST_LAGS = 10_000
 PER_TRIAL = f"per {TRIAL_S / 60:.0f} min"
 
 
@@ -44,7 +52,7 @@ class ModelParameters:
 
     Raises
     ------
-    ValueError
+    BadInput
         Where a number makes no sense.
     """
 
@@ -62,12 +70,14 @@ class ModelParameters:
             ("speed", self.speed, list(Speed)),
         ):
             if value not in known:
-                raise ValueError(f"{name} is {value!r}; known: {', '.join(known)}")
-        if not 0.0 < self.lag_step_s <= self.longest_lag_s:
-            raise ValueError("lag_step_s must be above 0 and not above longest_lag_s")
-        if not 0.0 < self.forecast_interval_s < float("inf"):
-            raise ValueError(
-                f"forecast_interval_s is {self.forecast_interval_s}; give seconds above 0"
+                raise BadInput(f"{name} is {value!r}; known: {', '.join(known)}")
+        wrong = first_refusal(self, LIMITS)
+        if wrong:
+            raise BadInput(wrong)
+        if not self.longest_lag_s / MOST_LAGS <= self.lag_step_s <= self.longest_lag_s:
+            raise BadInput(
+                f"lag_step_s is {self.lag_step_s:g}: give at most longest_lag_s, "
+                f"{self.longest_lag_s:g} s, and at least a {MOST_LAGS}th of it"
             )
 
     @property

@@ -6,7 +6,7 @@ from math import atan2, hypot, isfinite, radians, remainder, tau
 import numpy as np
 
 from worm_msgs_py.chamber import Chamber, Geometry
-from worm_msgs_py.errors import NoChamberFound
+from worm_msgs_py.errors import NoChamberFound, TrackerError
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
 from worm_tracker.calibration.circle_fit import Circle, Picture, find_circles
 from worm_tracker.calibration.exit_fit import find_exit
@@ -43,12 +43,16 @@ def calibrate(
     ------
     NoChamberFound
         Where no circular wall stands out.
+    TrackerError
+        Where a circle that is given cannot be in this picture.
     """
     h, w = picture.shape
     if parameters.no_chamber:
         return Geometry(version, stamp_ns, w, h)
     if parameters.chamber_given:
         circles = _given_circles(parameters)
+        for circle, option in zip(circles, ("--circle-px", "--circle-b-px"), strict=False):
+            _refuse_elsewhere(circle, option, w, h)
     else:
         circles = sorted(find_circles(picture), key=lambda circle: circle.u)
     if not circles:
@@ -147,6 +151,17 @@ def _given_circles(parameters: TrackerParameters) -> list[Circle]:
         second = Circle(parameters.centre_b_u_px, parameters.centre_b_v_px, parameters.radius_b_px)
         circles.append(second)
     return circles
+
+
+def _refuse_elsewhere(circle: Circle, option: str, w: int, h: int) -> None:
+    """Refuse a circle that does not reach into the picture, or is far too large for it."""
+    beyond_u, beyond_v = max(-circle.u, 0.0, circle.u - w), max(-circle.v, 0.0, circle.v - h)
+    if circle.radius <= hypot(w, h) and hypot(beyond_u, beyond_v) < circle.radius:
+        return
+    raise TrackerError(
+        f"{option} {circle.u:g} {circle.v:g} {circle.radius:g}: no such wall can be in pictures of "
+        f"{w} x {h} px: give the centre's u and v and the radius in their pixels"
+    )
 
 
 def _why(picture: Picture) -> str:
