@@ -178,7 +178,7 @@ def test_the_recorder_is_done_when_it_holds_all_that_was_sent(graph):
 def test_a_message_that_was_sent_and_did_not_come_is_named(graph):
     recorder, sender, executor, out = graph
     sender.send_frame(0)
-    sender.results[topics.ANALYSIS_EVENTS].sent += 1
+    sender.ledger.sent[topics.ANALYSIS_EVENTS] += 1
     sender.end.publish(convert.count_to_msg(1))
     sender.ledger.announce()
     drain(executor)

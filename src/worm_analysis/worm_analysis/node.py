@@ -66,6 +66,16 @@ class AnalysisNode(WormNode):
         Where a parameter is out of range.
     """
 
+    STATE = (
+        "_analysis",
+        "_waiting",
+        "_taken",
+        "_events",
+        "_last_ns",
+        "_next_summary_ns",
+        "_ledger.sent",
+    )
+
     def __init__(self, **node_arguments: Any):
         super().__init__(NAME, **node_arguments)
         try:

@@ -23,6 +23,9 @@ from worm_msgs_py.qos import FLOW
 from worm_msgs_py.running import run_alone
 from worm_msgs_py.worm_node import WormNode
 
+Journal = list[tuple[str, bytes]]
+"""Messages in the order in which they came: the topic, and the message serialised."""
+
 
 class RecorderNode(WormNode):
     """Writes the results of one trial into a directory.
@@ -35,6 +38,9 @@ class RecorderNode(WormNode):
         Nodes whose announcement it waits for.
     provenance : str
         JSON object that goes into the summary as it is.
+
+    Its state is what it was sent: `journal` is a list where the messages are to be kept that have
+    come since it was last emptied, and `take_again` takes them anew, to the same files.
 
     Raises
     ------
@@ -62,6 +68,7 @@ class RecorderNode(WormNode):
         self._announced: dict[str, dict[str, int]] = {}
         self._frames: int | None = None
         self._done = False
+        self.journal: Journal | None = None
         for topic, (kind, qos) in RESULTS.items():
             self.create_subscription(kind, topic, partial(self._take, topic, kind), qos, raw=True)
         self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
@@ -103,6 +110,11 @@ class RecorderNode(WormNode):
                 self._bag.close()
         super().destroy_node()
 
+    def take_again(self, journal: Journal) -> None:
+        """Take messages of an earlier run, in their order, before those of this one."""
+        for topic, data in journal:
+            self._take(topic, RESULTS[topic][0], data)
+
     def _make_readers(self) -> dict[str, Callable[[Any], None]]:
         recording, trial = self._recording, self._recording.trial
 
@@ -137,6 +149,8 @@ class RecorderNode(WormNode):
             if self._recording.rows != before:
                 self._progress.publish(convert.count_to_msg(self._recording.rows))
         self._bag.write(topic, self._stamp_ns, data)
+        if self.journal is not None:
+            self.journal.append((topic, data))
         self._finish_if_whole()
 
     def _on_state(self, msg: Any) -> None:

@@ -51,6 +51,8 @@ class ModelNode(WormNode):
         Where a parameter is out of range.
     """
 
+    STATE = ("_model", "_states", "_events", "_summaries", "_taken", "_ledger.sent")
+
     def __init__(self, **node_arguments: Any):
         super().__init__(NAME, **node_arguments)
         try:

@@ -18,29 +18,38 @@ from worm_msgs_py.qos import FLOW
 class CountingPublisher:
     """A publisher that knows how many messages it has sent."""
 
-    def __init__(self, node: Node, kind: type, topic: str, qos: QoSProfile):
-        self._publisher = node.create_publisher(kind, topic, qos)
-        self.sent = 0
+    def __init__(self, ledger: "Ledger", publisher: Any, topic: str):
+        self._ledger, self._publisher, self._topic = ledger, publisher, topic
+        ledger.sent[topic] = 0
+
+    @property
+    def sent(self) -> int:
+        """How many messages were published."""
+        return self._ledger.sent[self._topic]
 
     def publish(self, msg: Any) -> None:
         """Publish a message, or its serialised bytes, and count it."""
         self._publisher.publish(msg)
-        self.sent += 1
+        self._ledger.sent[self._topic] += 1
 
 
 class Ledger:
-    """All result topics of one node, and its announcement at the end."""
+    """All result topics of one node, and its announcement at the end.
+
+    Attributes
+    ----------
+    sent : dict
+        How many messages were published, by topic.
+    """
 
     def __init__(self, node: Node):
         self._node = node
-        self._publishers: dict[str, CountingPublisher] = {}
+        self.sent: dict[str, int] = {}
         self._announcement = node.create_publisher(DiagnosticStatus, topics.FLOW_FINISHED, FLOW)
 
     def publisher(self, kind: type, topic: str, qos: QoSProfile) -> CountingPublisher:
         """Create a publisher of a result topic (one of `topics.RESULTS`)."""
-        publisher = CountingPublisher(self._node, kind, topic, qos)
-        self._publishers[topic] = publisher
-        return publisher
+        return CountingPublisher(self, self._node.create_publisher(kind, topic, qos), topic)
 
     def announce(self) -> None:
         """Say that this node has finished, and what it has sent. Once, after the last message."""
@@ -49,10 +58,7 @@ class Ledger:
                 level=DiagnosticStatus.OK,
                 name=str(self._node.get_name()),
                 message="finished",
-                values=[
-                    KeyValue(key=topic, value=str(publisher.sent))
-                    for topic, publisher in self._publishers.items()
-                ],
+                values=[KeyValue(key=topic, value=str(sent)) for topic, sent in self.sent.items()],
             )
         )
 

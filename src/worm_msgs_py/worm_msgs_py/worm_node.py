@@ -1,7 +1,8 @@
 """The base of all our nodes: endpoints without what costs time and nobody needs."""
 
 from difflib import get_close_matches
-from typing import Any
+from operator import attrgetter
+from typing import Any, ClassVar
 
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -21,7 +22,15 @@ class WormNode(Node):
     with another QoS. The executor builds all of them into every wait: with forty endpoints whose
     two sides are both ours that was a third of the graph's time. Where the partner is not ours,
     ask for the warning with ``event_callbacks=SubscriptionEventCallbacks()``.
+
+    Attributes
+    ----------
+    STATE : tuple of str
+        The attributes, dotted where they lie deeper, that tell all of what the node has taken and
+        given so far: with them, another node of the same parameters goes on where this one is.
     """
+
+    STATE: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, name: str, **node_arguments: Any) -> None:
         super().__init__(name, start_parameter_services=False, **node_arguments)
@@ -61,6 +70,16 @@ class WormNode(Node):
         if wrong:
             raise BadInput(f"node {self.get_name()}: {name} {wrong}")
         return value
+
+    def checkpoint(self) -> dict[str, Any]:
+        """Return the node's state, which can be pickled; take it between callbacks."""
+        return {name: attrgetter(name)(self) for name in self.STATE}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on from a state that `checkpoint` gave, before the first message is taken."""
+        for name, value in state.items():
+            owner, _, last = name.rpartition(".")
+            setattr(attrgetter(owner)(self) if owner else self, last, value)
 
     def create_publisher(self, *args: Any, **kwargs: Any) -> Any:
         """Create a publisher as rclpy does, without handlers of QoS events."""

@@ -84,6 +84,20 @@ class TrackerNode(WormNode):
         Where a parameter is out of range, or no chamber is found (out of the executor).
     """
 
+    STATE = (
+        "_tracker",
+        "_decoder",
+        "_kind",
+        "_announced",
+        "_exchanges_told",
+        "_taken",
+        "_given",
+        "_first_ns",
+        "_last_ns",
+        "_next_report_ns",
+        "_ledger.sent",
+    )
+
     def __init__(self, **node_arguments: Any):
         super().__init__(NAME, **node_arguments)
         try:

@@ -118,6 +118,12 @@ class ReplayNode(SourceNode):
         self._next = next(self._pictures, None)
         return True
 
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on with the picture after those that were sent."""
+        super().restore(state)
+        for _ in range(self.sent):
+            self._next = next(self._pictures, None)
+
     def end_now(self) -> None:
         """End a loop where it is."""
         self._pictures = iter(())

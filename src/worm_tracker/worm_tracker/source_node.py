@@ -54,6 +54,7 @@ class SourceNode(WormNode):
         good order (`end_now`). A recording that is not played to its end is incomplete instead.
     """
 
+    STATE = ("sent", "_taken", "_given", "_recorded", "_ledger.sent")
     endless = False
 
     def __init__(self, **node_arguments: Any) -> None:
