@@ -10,6 +10,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from threadpoolctl import threadpool_limits
 
+from worm_bringup.checkpoints import Checkpoints
 from worm_bringup.isolation import keep_freed_memory, own_context
 from worm_bringup.node_spec import NodeSpec
 from worm_msgs_py.running import stop_on_signals
@@ -58,6 +59,7 @@ def run_in_process(
     *,
     visible: bool = False,
     namespace: str = "",
+    checkpoints: Checkpoints | None = None,
 ) -> RunResult:
     """Run a graph in this process, to the end of its source or to SIGINT or SIGTERM.
 
@@ -77,6 +79,8 @@ def run_in_process(
         Called after every frame.
     visible : bool
         Let other programs see the graph (see `isolation.own_context`).
+    checkpoints : Checkpoints, optional
+        Go on from one, and make them while it runs.
 
     Raises
     ------
@@ -99,7 +103,7 @@ def run_in_process(
             executor.add_node(node)
             made.append(node)
         spent_s = {spec.name: 0.0 for spec in (source, *nodes)}
-        return _run(executor, made, progress, stop, spent_s)
+        return _run(executor, made, progress, stop, spent_s, checkpoints)
 
 
 def _run(
@@ -108,6 +112,7 @@ def _run(
     progress: Progress | None,
     stop: threading.Event,
     spent_s: dict[str, float],
+    checkpoints: Checkpoints | None,
 ) -> RunResult:
     source = nodes[0]
     if not isinstance(source, SourceNode):
@@ -118,12 +123,18 @@ def _run(
     def keep_on() -> bool:
         if progress is not None:
             progress(source.sent, source.expected)
+        if checkpoints is not None:
+            checkpoints.between_frames()
         return goes_on()
 
     drain(executor, spent_s)  # what nodes have published as they were made
+    if checkpoints is not None:
+        checkpoints.begin(nodes)
     began_s = time.perf_counter()
     ended = spin_source(executor, source, keep_on, heed_window=False, spent_s=spent_s)
     drain(executor, spent_s)
+    if checkpoints is not None and not ended:
+        checkpoints.save()
     keep_on()
     elapsed_s = time.perf_counter() - began_s
     late = [node for node in nodes if not getattr(node, "done", True)]

@@ -8,10 +8,11 @@ from typing import Any
 
 from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.report import write_report
+from worm_bringup.checkpoints import Checkpoints
 from worm_bringup.graph import Progress, RunResult, run_in_process
 from worm_bringup.node_spec import NodeSpec
 from worm_bringup.processes import run_in_processes
-from worm_bringup.provenance import provenance
+from worm_bringup.provenance import fingerprint, provenance
 from worm_bringup.results_directory import results_directory
 from worm_model.inference.comparison import ModelParameters
 from worm_msgs_py.running import finish_despite_signals, stop_on_signals
@@ -60,15 +61,20 @@ class Trial:
             nodes.append(NodeSpec("worm_bringup.recorder_node", "recorder", parameters))
         return nodes
 
+    @property
+    def fingerprint(self) -> Any:
+        """All that the bytes of the results depend on."""
+        return fingerprint(self.origin, self._parameters())
+
     def _provenance(self) -> Any:
-        return provenance(
-            self.origin,
-            {
-                "tracker": asdict(TrackerParameters(**self.tracker)),
-                "analysis": asdict(AnalysisParameters(**self.analysis)),
-                "model": asdict(ModelParameters()),
-            },
-        )
+        return provenance(self.origin, self._parameters())
+
+    def _parameters(self) -> dict[str, dict[str, Any]]:
+        return {
+            "tracker": asdict(TrackerParameters(**self.tracker)),
+            "analysis": asdict(AnalysisParameters(**self.analysis)),
+            "model": asdict(ModelParameters()),
+        }
 
 
 def run_graph(
@@ -78,6 +84,7 @@ def run_graph(
     *,
     processes: bool = False,
     visible: bool = False,
+    checkpoints: Checkpoints | None = None,
 ) -> RunResult:
     """Run a trial's graph, recording into the empty directory `out` where there is one.
 
@@ -87,11 +94,20 @@ def run_graph(
         Give each node a process of its own; such a graph is never visible.
     visible : bool
         Let other programs see the graph.
+    checkpoints : Checkpoints, optional
+        Go on from one, and make them while the graph runs; not with `processes`.
     """
     nodes = trial.nodes(out)
     if processes:
         return run_in_processes(trial.source, nodes, progress, namespace=trial.namespace)
-    return run_in_process(trial.source, nodes, progress, visible=visible, namespace=trial.namespace)
+    return run_in_process(
+        trial.source,
+        nodes,
+        progress,
+        visible=visible,
+        namespace=trial.namespace,
+        checkpoints=checkpoints,
+    )
 
 
 def run_trial(
@@ -102,6 +118,7 @@ def run_trial(
     processes: bool = False,
     visible: bool = False,
     live: bool = False,
+    checkpoints: Checkpoints | None = None,
 ) -> tuple[RunResult, Path]:
     """Run a trial and write its results, whole or not at all; the rest is as in `run_graph`.
 
@@ -127,9 +144,18 @@ def run_trial(
         The results are whole, but not in `out` or without a report.
     """
     with stop_on_signals(), results_directory(out, live=live) as partial:
-        result = run_graph(trial, partial, progress, processes=processes, visible=visible)
+        result = run_graph(
+            trial,
+            partial,
+            progress,
+            processes=processes,
+            visible=visible,
+            checkpoints=checkpoints,
+        )
         if not result.complete:
             raise Incomplete(result)
         with finish_despite_signals():
             report = write_report(partial)
+    if checkpoints is not None:
+        checkpoints.remove()
     return result, out / report.name

@@ -66,6 +66,8 @@ def main() -> None:
         _refuse(f"out of memory ({error}): give the machine more, or ask for less")
     except Incomplete as error:
         print(f"worm: incomplete, no results were written: {printable(error)}", file=sys.stderr)
+        for note in getattr(error, "__notes__", ()):
+            print(f"worm: {printable(note)}", file=sys.stderr)
         sys.exit(INTERRUPTED if error.result.interrupted else INCOMPLETE)
     else:
         sys.exit(status or 0)

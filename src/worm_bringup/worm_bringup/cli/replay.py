@@ -1,10 +1,13 @@
 """`worm replay`: a bag goes in; tracks, analysis and a report come out."""
 
+import shlex
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from worm_bringup.checkpoints import CheckpointFolder, Checkpoints, progress_of
 from worm_bringup.cli import options
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar, show_result
@@ -12,7 +15,7 @@ from worm_bringup.node_spec import NodeSpec
 from worm_bringup.output_rules import check_apart
 from worm_bringup.provenance import bag_hash
 from worm_bringup.results_directory import check_out
-from worm_bringup.trial import Trial, run_trial
+from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.parameters import Polarity
@@ -69,6 +72,13 @@ def replay(
     px_per_mm: options.PxPerMm = None,
     contact_factor: options.ContactFactor = None,
     body_width_mm: options.BodyWidthMm = None,
+    resume: Annotated[
+        bool,
+        typer.Option(
+            "--resume",
+            help="Go on with a replay into OUT that was stopped; the results are the same.",
+        ),
+    ] = False,
     processes: options.Processes = False,
     visible: Annotated[
         bool,
@@ -84,8 +94,12 @@ def replay(
     """Replay a bag of a past trial: every frame, none lost, the same bytes every time.
 
     Writes tracks.parquet, contacts.parquet, passages.parquet, summary.json, report.html and bag/
-    into OUT, whole or not at all.
+    into OUT, whole or not at all. A replay that is stopped leaves a checkpoint beside OUT, which
+    the same command goes on from with --resume.
     """
+    if resume and (processes or loop):
+        given = "--processes" if processes else "--loop"
+        raise BadInput(f"--resume goes with no {given}, which makes no checkpoints: leave one out")
     if start_paused and not visible:
         raise BadInput(
             "--start-paused waits for a service call, which reaches only a visible graph: "
@@ -135,9 +149,29 @@ def replay(
         ),
         namespace=namespace,
     )
+    checkpoints = None
+    if not (processes or loop):
+        folder = CheckpointFolder(out)
+        checkpoints = Checkpoints(folder, trial.fingerprint, resume=resume, say=_say)
     try:
         with progress_bar(bag.name) as progress:
-            result, report = run_trial(trial, out, progress, processes=processes, visible=visible)
+            result, report = run_trial(
+                trial, out, progress, processes=processes, visible=visible, checkpoints=checkpoints
+            )
+    except Incomplete as error:
+        if checkpoints is not None and checkpoints.saved is not None:
+            error.add_note(f"{progress_of(checkpoints.saved)}; go on with: {_with_resume()}")
+        raise
     except TrackerError as error:  # knows the pictures, not where they come from
         raise BadInput(f"{bag}: {error}") from None
     show_result(result, report)
+
+
+def _say(line: str) -> None:
+    print(f"worm: {line}", file=sys.stderr)
+
+
+def _with_resume() -> str:
+    """Return this command with --resume."""
+    given = [word for word in sys.argv[1:] if word != "--resume"]
+    return shlex.join(["worm", *given, "--resume"])
