@@ -1,5 +1,6 @@
 """A real HTTP server on the loopback whose pictures (multipart JPEG) carry their number."""
 
+import base64
 import threading
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -23,23 +24,32 @@ def number_in(picture):
 
 
 @contextmanager
-def mjpeg_server(*rounds, pause_s=0.0):
-    """Serve a number of pictures (None: no end) to the first caller, and so on; then refuse."""
+def mjpeg_server(*rounds, pause_s=0.0, login="", picture=jpeg_picture):
+    """Serve a number of pictures (None: no end) to the first caller, and so on; then refuse.
+
+    A negative number refuses its caller. With a login (``user:password``) others are refused.
+    """
     left = list(rounds)
     closing = threading.Event()
+    basic = "Basic " + base64.b64encode(login.encode()).decode()
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self):
-            if not left:
+            if login and self.headers.get("Authorization") != basic:
+                self.send_response(401)
+                self.send_header("WWW-Authenticate", 'Basic realm="camera"')
+                self.end_headers()
+                return
+            count = left.pop(0) if left else -1
+            if count is not None and count < 0:
                 self.send_error(503)
                 return
-            count = left.pop(0)
             self.send_response(200)
             self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=frame")
             self.end_headers()
             number = 0
             while number != count and not closing.wait(pause_s):
-                data = cv2.imencode(".jpg", jpeg_picture(number))[1].tobytes()
+                data = cv2.imencode(".jpg", picture(number))[1].tobytes()
                 head = f"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {len(data)}\r\n\r\n"
                 try:
                     self.wfile.write(head.encode() + data + b"\r\n")

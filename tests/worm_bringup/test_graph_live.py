@@ -44,7 +44,7 @@ def graph(module, out, **source):
 
 
 def live(out, **source):
-    return graph("worm_tracker.camera_node", out, reconnections=0, **source)
+    return graph("worm_tracker.camera_node", out, reconnect=0.0, **source)
 
 
 @pytest.mark.parametrize("run", WAYS)
@@ -92,7 +92,7 @@ def test_what_is_skipped_is_counted_on_diagnostics(ros_context):
             context=ros_context,
             parameter_overrides=[
                 Parameter("camera", value=address),
-                Parameter("reconnections", value=0),
+                Parameter("reconnect", value=0.0),
             ],
         )
         viewer = Node("viewer", context=ros_context, start_parameter_services=False)

@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Reader
 from worm_msgs_py.errors import BadInput
 from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.bag_repair import repair
-from worm_tracker.camera import Camera, without_password
+from worm_tracker.camera import Camera
 from worm_tracker.picture_recorder import PictureRecorder
 from worm_tracker.pictures import IMAGE_TYPE
 
@@ -26,7 +26,7 @@ from worm_tracker.pictures import IMAGE_TYPE
 def watch(address, take=True, **kwargs):
     """Capture to the end; return the frames that were taken, and the counts."""
     changed = threading.Event()
-    camera = Camera(address, reconnect_delay_s=0.0, on_change=changed.set, **kwargs)
+    camera = Camera(address, reconnect_delay_s=0.01, on_change=changed.set, **kwargs)
     camera.start()
     frames = []
     while not camera.ended:
@@ -54,7 +54,7 @@ def video(tmp_path):
 
 def test_frames_come_in_the_order_in_which_they_were_served():
     with mjpeg_server(200) as address:
-        frames, counts = watch(address, reconnections=0)
+        frames, counts = watch(address, reconnect_s=0.0)
     numbers = [number_in(frame.picture) for frame in frames]
     assert counts.captured == 200
     assert counts.captured == counts.taken + counts.skipped
@@ -68,21 +68,21 @@ def test_frames_come_in_the_order_in_which_they_were_served():
 
 def test_the_latest_frame_wins():
     with mjpeg_server(50) as address:
-        frames, counts = watch(address, take=False, reconnections=0)
+        frames, counts = watch(address, take=False, reconnect_s=0.0)
     assert [number_in(frame.picture) for frame in frames] == [49]
     assert (counts.captured, counts.taken, counts.skipped) == (50, 1, 49)
 
 
 def test_a_stream_that_stops_is_opened_anew():
     with mjpeg_server(20, 20) as address:
-        _, counts = watch(address, reconnections=2)
+        _, counts = watch(address, reconnect_s=0.5)
     assert counts.captured == 40
     assert counts.reconnections == 1
 
 
 def test_a_stream_that_opens_and_gives_nothing_is_given_up():
     with mjpeg_server(20, 0, 0, 0, 0, 0) as address:
-        _, counts = watch(address, reconnections=3)
+        _, counts = watch(address, reconnect_s=0.5)
     assert counts.captured == 20
 
 
@@ -126,8 +126,6 @@ def test_a_password_is_never_shown():
     with pytest.raises(BadInput) as caught:
         Camera("http://me:secret@127.0.0.1:9/stream")
     assert "secret" not in str(caught.value)
-    assert without_password("rtsp://me:secret@lab:554/1") == "rtsp://…@lab:554/1"
-    assert without_password("http://lab/?a=b@c") == "http://lab/?a=b@c"
 
 
 # The record.

@@ -34,6 +34,9 @@ class RunResult:
         Whether a signal ended it.
     missing : str
         What is not complete, for people; empty where nothing is missing.
+    ended_early : str
+        Why the source ended before its time; empty where it did not. The results are whole up to
+        there.
     elapsed_s : float
         From the first frame to the last result.
     spent_s : dict
@@ -50,6 +53,7 @@ class RunResult:
     elapsed_s: float
     spent_s: dict[str, float] = field(default_factory=dict)
     counts: dict[str, str] = field(default_factory=dict)
+    ended_early: str = ""
 
 
 def run_in_process(
@@ -149,4 +153,5 @@ def _run(
         elapsed_s=elapsed_s,
         spent_s=spent_s,
         counts=source.counts(),
+        ended_early=source.ended_early,
     )

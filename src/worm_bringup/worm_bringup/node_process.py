@@ -6,7 +6,7 @@ from the child
     ``{"ready": {"publishes": {topic: n}, "subscribes": {topic: n}}, "finite": bool,
     "endless": bool}``,
     ``{"matched": true}``, ``{"progress": [sent, expected]}``, ``{"done": true}``,
-    ``{"late": "what is missing"}``, ``{"error": line}``
+    ``{"late": "what is missing"}``, ``{"ended_early": "why"}``, ``{"error": line}``
 from the parent
     ``{"peers": {"publishes": ..., "subscribes": ...}}``, ``{"go": true}``,
     ``{"finish": true}`` (an endless source), ``{"end": true}``
@@ -139,7 +139,7 @@ def _work(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
 
     if isinstance(node, SourceNode):
         spin_source(executor, node, keep_on, heed_window=True)
-        leash.say(progress=[node.sent, node.expected])
+        leash.say(progress=[node.sent, node.expected], ended_early=node.ended_early)
     done = False
     while not leash.must_end.is_set():
         if not done and getattr(node, "done", False):

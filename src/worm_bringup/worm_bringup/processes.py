@@ -147,6 +147,7 @@ class Family:
         self._progress = progress
         self._sent = 0
         self._expected: int | None = None
+        self._ended_early = ""
         self._ending = False
 
     def run(self) -> RunResult:
@@ -169,6 +170,7 @@ class Family:
             interrupted=not whole,
             missing="; ".join(child.late for child in self.children if child.late),
             elapsed_s=elapsed_s,
+            ended_early=self._ended_early,
         )
 
     def _all_done(self) -> bool:
@@ -215,6 +217,7 @@ class Family:
         child.matched = child.matched or "matched" in message
         child.done = child.done or "done" in message
         child.late = message.get("late", child.late)
+        self._ended_early = message.get("ended_early", self._ended_early)
         if "progress" in message:
             self._sent, self._expected = message["progress"]
             if self._progress is not None:

@@ -171,7 +171,8 @@ class RecorderNode(WormNode):
             return
         self._recording.trial.frames_read = self._frames
         self._bag.close()
-        self._recording.finish(self._provenance)  # last: where the summary is, all is
+        if self._frames:  # a trial without one frame has no results
+            self._recording.finish(self._provenance)  # last: where the summary is, all is
         self._done = True
 
 

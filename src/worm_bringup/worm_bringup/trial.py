@@ -23,8 +23,13 @@ class Incomplete(RuntimeError):  # noqa: N818 (it is what the result is)
     """A run ended before its results were whole; nothing was left behind."""
 
     def __init__(self, result: RunResult):
-        super().__init__(result.missing or "the run did not come to its end")
+        why = result.missing or result.ended_early
+        super().__init__(why or "the run did not come to its end")
         self.result = result
+
+
+class EndedEarly(RuntimeError):  # noqa: N818
+    """The source ended before its time; the results are whole up to there, and kept."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +144,7 @@ def run_trial(
     BadInput
         The input cannot be used.
     Incomplete
-        A signal ended the run, or a node did not finish.
+        A signal ended the run, a node did not finish, or not one frame has come.
     Kept
         The results are whole, but not in `out` or without a report.
     """
@@ -152,7 +157,7 @@ def run_trial(
             visible=visible,
             checkpoints=checkpoints,
         )
-        if not result.complete:
+        if not result.complete or result.frames == 0:
             raise Incomplete(result)
         with finish_despite_signals():
             report = write_report(partial)

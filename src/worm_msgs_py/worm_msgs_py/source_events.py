@@ -1,7 +1,9 @@
 """What happened to the pictures before they reached the tracker: outages, damage, an early end."""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 
 class SourceEventKind(StrEnum):
@@ -45,3 +47,45 @@ class SourceEvent:
     why: str
     duration_s: float = 0.0
     count: int = 0
+
+
+def read_source_events(entries: Iterable[Mapping[str, Any]]) -> tuple[SourceEvent, ...]:
+    """Return the events of a `summary.json`; KeyError, TypeError or ValueError where one is bad."""
+    return tuple(
+        SourceEvent(
+            SourceEventKind(entry["kind"]),
+            int(entry["frame"]),
+            int(entry["stamp_ns"]),
+            str(entry["why"]),
+            float(entry["duration_s"]),
+            int(entry["count"]),
+        )
+        for entry in entries
+    )
+
+
+def in_words(events: Iterable[SourceEvent]) -> list[str]:
+    """Return one line for each kind of event that occurs, for people."""
+    by_kind: dict[SourceEventKind, list[SourceEvent]] = {}
+    for event in events:
+        by_kind.setdefault(event.kind, []).append(event)
+    return [_line(kind, by_kind[kind]) for kind in SourceEventKind if kind in by_kind]
+
+
+def _line(kind: SourceEventKind, events: list[SourceEvent]) -> str:
+    count = sum(event.count for event in events)
+    first = events[0].why + (" (and more)" if len(events) > 1 else "")
+    if kind is SourceEventKind.OUTAGE:
+        seconds = [event.duration_s for event in events]
+        longest = f", the longest {max(seconds):.1f} s" if len(events) > 1 else ""
+        return (
+            f"{len(events)} outage{'s' if len(events) > 1 else ''} of the camera, "
+            f"{sum(seconds):.1f} s in all{longest}"
+        )
+    if kind is SourceEventKind.LOST:
+        return f"{count or 'some'} pictures of the recording are lost: {first}"
+    if kind is SourceEventKind.BAD_MESSAGE:
+        return f"{count or 'some'} messages cannot be used: {first}"
+    if kind is SourceEventKind.RECORD_STOPPED:
+        return f"the record is not whole: {first}"
+    return f"ended before its time: {first}"

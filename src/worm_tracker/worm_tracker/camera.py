@@ -1,34 +1,26 @@
 """Captures from a camera, an address or a video file in real time; the latest frame wins."""
 
+import atexit
 import math
-import os
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
-from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from worm_msgs_py.errors import BadInput
+from worm_tracker.camera_address import HIDDEN, Kind, kind_of, shown_address
+from worm_tracker.capture import OPEN_TIMEOUT_S, grey, open_capture
+from worm_tracker.film_pace import FilmPace
+from worm_tracker.steady_clock import SteadyClock
 
-# Causes are told in our one line; FFmpeg's own go to stderr past Python. (-8 is AV_LOG_QUIET.)
-os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-
-OPEN_TIMEOUT_S = 5.0
-
-
-class Kind(Enum):
-    """What an address leads to."""
-
-    DEVICE = "device"
-    STREAM = "stream"
-    FILE = "file"
+LONGEST_PAUSE_S = 5.0
+"""Pauses between attempts to reconnect double up to this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +29,15 @@ class CapturedFrame:
 
     picture: NDArray[np.uint8]
     stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outage:
+    """A time without frames: when the last one before it was captured, how long, and attempts."""
+
+    since_ns: int
+    duration_s: float
+    reconnections: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,15 +65,16 @@ class Camera:
     ----------
     address : str
         A V4L2 device (``/dev/video0`` or ``0``), an HTTP (MJPEG) or RTSP address, or a video file,
-        which is played at the pace that its container claims.
-    reconnections : int
-        How many times in a row a stream that has stopped is opened anew before it counts as ended.
+        which is played at the pace that its container gives.
+    reconnect_s : float
+        How long a device or stream that has stopped is opened anew before it counts as lost.
     reconnect_delay_s : float
-        Pause before each of them.
+        Pause before the first of these attempts; it doubles up to `LONGEST_PAUSE_S`.
     stall_s : float
-        A stream that gives nothing for so long has stopped.
+        What gives nothing for so long has stopped.
     on_change : callable, optional
-        Called from the capturing thread when a frame has come and when the stream has ended.
+        Called from the capturing thread when a frame has come, and when capturing has stopped,
+        goes on or has ended.
 
     Raises
     ------
@@ -81,25 +83,26 @@ class Camera:
 
     Notes
     -----
-    Frames are stamped with the wall clock as `grab` returns, and never less than a nanosecond
+    Frames are stamped as `grab` returns with a `SteadyClock`, and never less than a nanosecond
     after the one before. The first few frames of a stream are captured while it is being probed
-    and bear the time at which probing ended.
+    and bear the time at which probing ended. Frames of a file bear the time at which it was
+    started plus their own time in it.
     """
 
     def __init__(
         self,
         address: str,
         *,
-        reconnections: int = 5,
-        reconnect_delay_s: float = 1.0,
+        reconnect_s: float = 600.0,
+        reconnect_delay_s: float = 0.5,
         stall_s: float = 5.0,
         on_change: Callable[[], None] | None = None,
     ) -> None:
-        self.address = address
-        self.shown_address = without_password(address)
+        self.shown_address = shown_address(address)
         self.kind = kind_of(address)
-        self._reconnections_allowed = reconnections
-        self._reconnect_delay_s = reconnect_delay_s
+        self.why_lost = ""
+        self._address = address
+        self._reconnect_s, self._reconnect_delay_s = reconnect_s, reconnect_delay_s
         self._stall_s = stall_s
         self._on_change = on_change or (lambda: None)
         self._lock = threading.Lock()
@@ -107,13 +110,15 @@ class Camera:
         self._box: CapturedFrame | None = None
         self._captured = self._taken = self._skipped = self._reconnections = 0
         self._attempts = 0  # to reconnect, since the last frame
-        self._last_ns = 0
-        self._ended = False
+        self._outages: deque[Outage] = deque()
+        self._stopped = self._ended = False
         self._failure: Exception | None = None
+        self._clock = SteadyClock()
+        self._last_ns = self._began_ns = self._clock.now_ns()
         self._capture = self._open()
         if self._capture is None:
             raise BadInput(
-                f"{self.shown_address}: the {self.kind.value} cannot be opened; {_HINTS[self.kind]}"
+                f"{self.shown_address}: the {self.kind.value} cannot be opened; {self._hint()}"
             )
         self.fps = float(self._capture.get(cv2.CAP_PROP_FPS))
         if self.kind is Kind.FILE and not (math.isfinite(self.fps) and self.fps > 0):
@@ -121,17 +126,27 @@ class Camera:
                 f"{address}: the video does not tell its frame rate; "
                 f"turn it into a bag with `worm import {address} --out BAG`"
             )
+        self.pace = FilmPace(self.fps) if self.kind is Kind.FILE else None
         self._thread = threading.Thread(target=self._run, name="capture", daemon=True)
+
+    def _hint(self) -> str:
+        if self.shown_address.endswith(f"://{HIDDEN}"):
+            return "write @, /, ? and # in a password as %40, %2F, %3F and %23"
+        return _HINTS[self.kind]
 
     def start(self) -> None:
         """Begin to capture."""
+        self._last_ns = self._began_ns = self._clock.now_ns()
         self._thread.start()
 
     def stop(self) -> None:
         """End capturing; a frame that waits can still be taken."""
         self._stop.set()
         if self._thread.is_alive():
-            self._thread.join(timeout=1.0)  # a dead stream may hold it for longer; it is a daemon
+            self._thread.join(timeout=1.0)
+        if self._thread.is_alive():
+            # A dead stream holds it for longer, and it may not wake up in a dying interpreter.
+            atexit.register(self._thread.join, OPEN_TIMEOUT_S + self._stall_s)
         self._ended = True
 
     def take(self) -> CapturedFrame | None:
@@ -143,6 +158,13 @@ class Camera:
             raise self._failure
         return frame
 
+    def take_outages(self) -> list[Outage]:
+        """Return the outages that have ended since the last time."""
+        with self._lock:
+            ended = list(self._outages)
+            self._outages.clear()
+        return ended
+
     @property
     def waiting(self) -> bool:
         """Whether there is a frame to take."""
@@ -151,29 +173,40 @@ class Camera:
     @property
     def ended(self) -> bool:
         """Whether no frame will come any more."""
+        limit_s = self._stall_s + self._reconnect_s + OPEN_TIMEOUT_S + LONGEST_PAUSE_S
+        if not self._ended and self.kind is not Kind.FILE and self.silent_s > limit_s:
+            self._give_up()  # the capturing thread hangs in a read that does not end
+            self._stop.set()
+            self._ended = True
         return self._ended
+
+    @property
+    def silent_s(self) -> float:
+        """Seconds since the last frame, or since the start."""
+        return (self._clock.now_ns() - self._last_ns) / 1e9
+
+    @property
+    def outage(self) -> Outage | None:
+        """The outage that goes on now; None where frames come."""
+        if self.kind is Kind.FILE or not (self._stopped or self.silent_s > self._stall_s):
+            return None
+        return Outage(self._last_ns, self.silent_s, self._attempts)
 
     @property
     def counts(self) -> CaptureCounts:
         """What became of the frames so far."""
         with self._lock:
-            age_s = (time.time_ns() - self._last_ns) / 1e9 if self._captured else math.nan
             return CaptureCounts(
                 self._captured,
                 self._taken,
                 self._skipped,
                 int(self._box is not None),
                 self._reconnections,
-                age_s,
+                self.silent_s if self._captured else math.nan,
             )
 
     def _open(self) -> Any | None:
-        quiet = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-        try:
-            capture = _open_capture(self.address, self.kind, self._stall_s)
-        finally:
-            cv2.utils.logging.setLogLevel(quiet)
-        return capture if capture.isOpened() else None
+        return open_capture(self._address, self.kind, self._stall_s)
 
     def _run(self) -> None:
         try:
@@ -185,21 +218,30 @@ class Camera:
             self._on_change()
 
     def _capture_all(self) -> None:
-        began_s, number = time.monotonic(), 0
         while not self._stop.is_set():
-            if self.kind is Kind.FILE:
-                self._stop.wait(max(0.0, began_s + number / self.fps - time.monotonic()))
             if self._capture is not None and self._capture.grab():
-                stamp_ns = max(time.time_ns(), self._last_ns + 1)
+                stamp_ns = max(self._due_ns(), self._last_ns + 1)
                 done, picture = self._capture.retrieve()
-                if done:
-                    self._put(CapturedFrame(_grey(picture), stamp_ns))
-                number += 1
-            elif not self._reconnect():
+                if done and not self._stop.is_set():
+                    self._put(CapturedFrame(grey(picture), stamp_ns))
+            elif self.kind is Kind.FILE or not self._reconnect():
                 return
+
+    def _due_ns(self) -> int:
+        """Return the stamp of the frame that was grabbed; wait for it where it is of a file."""
+        if self.pace is None or self._capture is None:
+            return self._clock.now_ns()
+        container_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
+        due_ns = self._began_ns + round(1e9 * self.pace.due_s(container_s))
+        self._stop.wait(max(0.0, (due_ns - self._clock.now_ns()) / 1e9))
+        return due_ns
 
     def _put(self, frame: CapturedFrame) -> None:
         with self._lock:
+            silent_s = (frame.stamp_ns - self._last_ns) / 1e9
+            if self._stopped or (self.kind is not Kind.FILE and silent_s > self._stall_s):
+                self._outages.append(Outage(self._last_ns, silent_s, self._attempts))
+            self._stopped = False
             self._skipped += self._box is not None
             self._box = frame
             self._captured += 1
@@ -208,21 +250,30 @@ class Camera:
         self._on_change()
 
     def _reconnect(self) -> bool:
-        """Open a stream anew that has stopped; return whether there is one."""
+        """Try once to open anew what has stopped, after a pause; return False to give up."""
         if self._capture is not None:
             self._capture.release()
         self._capture = None
-        if self.kind is not Kind.STREAM:
+        if not self._stopped:
+            self._stopped, self._stopped_s = True, time.monotonic()
+            self._on_change()
+        left_s = self._stopped_s + self._reconnect_s - time.monotonic()
+        if left_s <= 0.0:
+            self._give_up()
             return False
-        while self._attempts < self._reconnections_allowed:
-            self._attempts += 1
-            if self._stop.wait(self._reconnect_delay_s):
-                return False
-            self._capture = self._open()
-            if self._capture is not None:
-                self._reconnections += 1
-                return True
-        return False
+        pause_s = self._reconnect_delay_s * 2.0 ** min(self._attempts, 10)
+        if self._stop.wait(min(pause_s, LONGEST_PAUSE_S, left_s)):
+            return False
+        self._attempts += 1
+        self._capture = self._open()
+        self._reconnections += self._capture is not None
+        return True
+
+    def _give_up(self) -> None:
+        self.why_lost = (
+            f"no frame has come from {self.shown_address} for {self.silent_s:.0f} s "
+            f"({self._attempts} attempts to reconnect)"
+        )
 
 
 _HINTS = {
@@ -230,46 +281,3 @@ _HINTS = {
     Kind.STREAM: "does its address open in a browser or a player?",
     Kind.FILE: "is it a video?",
 }
-
-
-def kind_of(address: str) -> Kind:
-    """Tell what an address leads to; BadInput where it leads nowhere."""
-    if address.isdecimal() or address.startswith("/dev/video"):
-        return Kind.DEVICE
-    if urlsplit(address).scheme in ("http", "https", "rtsp", "rtsps"):
-        return Kind.STREAM
-    if Path(address).is_file():
-        return Kind.FILE
-    raise BadInput(
-        f"{address}: no such camera; give a device (/dev/video0), an http or rtsp address, "
-        "or a video file"
-    )
-
-
-def without_password(address: str) -> str:
-    """Return the address as it may be shown and logged."""
-    parts = urlsplit(address)
-    if "@" not in parts.netloc:
-        return address
-    return parts._replace(netloc="…@" + parts.netloc.rpartition("@")[2]).geturl()
-
-
-def _open_capture(address: str, kind: Kind, stall_s: float) -> Any:
-    if kind is Kind.DEVICE:
-        path = f"/dev/video{address}" if address.isdecimal() else address
-        capture = cv2.VideoCapture(path, cv2.CAP_V4L2)
-        capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # the driver is not to queue either
-        return capture
-    timeouts = [
-        cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,
-        int(OPEN_TIMEOUT_S * 1000),
-        cv2.CAP_PROP_READ_TIMEOUT_MSEC,
-        int(stall_s * 1000),
-    ]
-    return cv2.VideoCapture(address, cv2.CAP_FFMPEG, timeouts)
-
-
-def _grey(picture: NDArray[Any]) -> NDArray[np.uint8]:
-    if picture.ndim == 2:
-        return np.ascontiguousarray(picture, np.uint8)
-    return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)

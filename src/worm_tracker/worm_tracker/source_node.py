@@ -12,7 +12,7 @@ from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor, TimeoutException
 from std_msgs.msg import UInt64, UInt64MultiArray
 
-from worm_msgs_py import SourceEvent, convert, topics
+from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.interfaces import RESULTS
@@ -52,6 +52,8 @@ class SourceNode(WormNode):
     endless : bool
         Whether the stream has no end of its own (a camera, a loop), so that a signal ends it in
         good order (`end_now`). A recording that is not played to its end is incomplete instead.
+    ended_early : str
+        Why the source ended before its time; empty where it did not.
     """
 
     STATE = ("sent", "_taken", "_given", "_recorded", "_ledger.sent")
@@ -62,6 +64,7 @@ class SourceNode(WormNode):
         self.sent = 0
         self.expected: int | None = None
         self.window = 0
+        self.ended_early = ""
         self._taken = self._given = self._recorded = 0
         self._ended = False
         self._reported_s = -float("inf")
@@ -127,10 +130,10 @@ class SourceNode(WormNode):
         """Return what is wrong with the source, empty where nothing is."""
         return ""
 
-    def report(self) -> None:
+    def report(self, *, at_once: bool = False) -> None:
         """Publish the counts on `/diagnostics` if a second has passed since the last time."""
         now_s = time.monotonic()
-        if now_s - self._reported_s < _REPORT_EVERY_S:
+        if not at_once and now_s - self._reported_s < _REPORT_EVERY_S:
             return
         self._reported_s = now_s
         complaint = self.complaint()
@@ -146,6 +149,8 @@ class SourceNode(WormNode):
 
     def _tell(self, event: SourceEvent) -> None:
         """Publish what happened to the pictures; it goes into the results."""
+        if event.kind is SourceEventKind.ENDED_EARLY:
+            self.ended_early = event.why
         self._events.publish(convert.source_events_to_msg([event], event.stamp_ns))
 
     def _announce_end(self) -> None:

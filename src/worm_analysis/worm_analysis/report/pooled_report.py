@@ -112,7 +112,10 @@ def _read(
         if not results.chambers:
             bad.append(f"{directory}: no chamber in the picture")
             continue
-        trials.append(trial_sums(results, source_name(results.provenance), directory.name))
+        name = source_name(results.provenance)
+        if results.why_not_complete:
+            name += " (ended before its time)"
+        trials.append(trial_sums(results, name, directory.name))
         shown += [_Candidate(turns, directory, rows) for turns, rows in candidates(results)]
         shown = _few(shown)
         progress(number + 1, len(directories))

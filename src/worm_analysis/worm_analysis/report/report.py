@@ -12,6 +12,7 @@ from worm_analysis.report import numbers, symbols
 from worm_analysis.report.panel import NO_CHAMBER, thousands
 from worm_analysis.results.tables import Results, read_results
 from worm_msgs_py import Status
+from worm_msgs_py.source_events import in_words
 from worm_msgs_py.whole_files import whole_file
 
 SOURCES = {
@@ -125,6 +126,7 @@ def trial_context(results: Results) -> dict[str, Any]:
         "seconds": float(results.t_s[-1]) if len(results.t_s) else 0.0,
         "frame_rate": _frame_rate(results),
         "events": _events(results),
+        "source_events": in_words(results.source_events),
         "comparison": rows,
         "own": own,
         "from_paper": from_paper,

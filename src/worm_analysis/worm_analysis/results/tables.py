@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from worm_analysis.results.errors import ReportError
 from worm_msgs_py import Chamber, Comparison, Correlation, ModelQuantity, Quantity
 from worm_msgs_py.model import NeededReversal
+from worm_msgs_py.source_events import SourceEvent, read_source_events
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, NDArray[Any]]
@@ -86,6 +87,10 @@ class Results:
         Model against measurement.
     frames, provenance : mapping
         As in the summary.
+    source_events : tuple of SourceEvent
+        What happened to the pictures.
+    why_not_complete : str
+        Why the source ended before its time; empty where the trial is whole.
     depth_mm : float
         h; NaN where the summary does not have it.
     """
@@ -101,6 +106,8 @@ class Results:
     frames: Mapping[str, int]
     provenance: Mapping[str, Any]
     depth_mm: float = nan
+    source_events: tuple[SourceEvent, ...] = ()
+    why_not_complete: str = ""
 
     @property
     def t_s(self) -> Floats:
@@ -167,6 +174,8 @@ def _assemble(tables: list[Columns], summary: Mapping[str, Any]) -> Results:
         frames=summary["frames"],
         provenance=summary["provenance"],
         depth_mm=_depth_mm(summary["geometry"]),
+        source_events=read_source_events(summary.get("source_events") or ()),
+        why_not_complete=str(summary.get("why_not_complete") or ""),
     )
 
 
@@ -184,7 +193,7 @@ def _read_summary(path: Path) -> Mapping[str, Any]:
     ]
     if missing:
         raise ReportError(f"{path}: lacks {missing[0]!r}: {REMEDY}")
-    if summary.get("complete") is not True:
+    if summary.get("complete") is not True and not summary.get("why_not_complete"):
         raise ReportError(f"{path}: says that the results are not complete: {REMEDY}")
     return dict(summary)
 

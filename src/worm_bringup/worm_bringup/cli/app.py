@@ -17,7 +17,7 @@ from worm_bringup.cli.report import report
 from worm_bringup.cli.simulate import simulate
 from worm_bringup.cli.usage import UsageFault, usage_line
 from worm_bringup.results_directory import Kept
-from worm_bringup.trial import Incomplete
+from worm_bringup.trial import EndedEarly, Incomplete
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.text import printable
 
@@ -58,6 +58,9 @@ def main() -> None:
     except Kept as error:
         print(f"worm: {printable(error)}", file=sys.stderr)
         sys.exit(INTERRUPTED if error.interrupted else INCOMPLETE)
+    except EndedEarly as error:
+        print(f"worm: ended before its time: {printable(error)}", file=sys.stderr)
+        sys.exit(INCOMPLETE)
     except OSError as error:
         if error.filename is None:
             raise

@@ -11,8 +11,9 @@ from worm_bringup.cli.progress import progress_bar, show_result, show_speed
 from worm_bringup.node_spec import NodeSpec
 from worm_bringup.output_rules import check_apart
 from worm_bringup.results_directory import check_out
-from worm_bringup.trial import Incomplete, Trial, run_graph, run_trial
-from worm_tracker.camera_node import RECONNECTIONS
+from worm_bringup.trial import EndedEarly, Incomplete, Trial, run_graph, run_trial
+from worm_tracker.camera_address import Kind, kind_of, shown_address
+from worm_tracker.camera_node import RECONNECT
 from worm_tracker.parameters import Polarity
 
 _CAMERA = "The camera"
@@ -23,7 +24,9 @@ def live(
         str,
         typer.Option(
             help="A device (/dev/video0 or 0), an http:// (MJPEG) or rtsp:// address, or a video "
-            "file, played in real time.",
+            "file, played in real time. An address with a password is better given as WORM_CAMERA: "
+            "everybody on this machine can read a command line.",
+            envvar="WORM_CAMERA",
             rich_help_panel=_CAMERA,
         ),
     ],
@@ -38,14 +41,15 @@ def live(
             rich_help_panel=_CAMERA,
         ),
     ] = None,
-    reconnections: Annotated[
-        int,
+    reconnect_s: Annotated[
+        float,
         number(
-            RECONNECTIONS,
-            help="How often in a row to open a lost stream anew.",
+            RECONNECT,
+            help="Seconds to look for a camera that was lost; then the trial ends, and exit status "
+            "1 says so.",
             rich_help_panel=_CAMERA,
         ),
-    ] = 5,
+    ] = 600.0,
     polarity: options.PolarityOption = Polarity.DARK,
     no_chamber: options.NoChamber = False,
     radius_mm: options.RadiusMm = None,
@@ -73,15 +77,16 @@ def live(
 
     The latest frame wins: the tracker never lags behind, and what it skips is counted.
     """
-    check_apart({"--out": out, "--record": record}, {"--camera": Path(camera)})
+    film = {"--camera": Path(camera)} if kind_of(camera) is Kind.FILE else {}
+    check_apart({"--out": out, "--record": record}, film)
     if out is not None:
         check_out(out)
-    parameters: dict[str, Any] = {"camera": camera, "reconnections": reconnections}
+    parameters: dict[str, Any] = {"camera": camera, "reconnect": reconnect_s}
     if record is not None:
         parameters["record"] = str(record)
     trial = Trial(
         source=NodeSpec("worm_tracker.camera_node", "image_source", parameters),
-        origin={"camera": camera},
+        origin={"camera": shown_address(camera)},
         tracker=options.tracker_parameters(
             polarity=polarity,
             no_chamber=no_chamber,
@@ -102,9 +107,14 @@ def live(
     with progress_bar("live") as progress:
         if out is not None:
             result, report = run_trial(trial, out, progress, visible=not private, live=True)
-            show_result(result, report)
-            return
-        result = run_graph(trial, None, progress, visible=not private)
-    if not result.complete:
+        else:
+            result, report = run_graph(trial, None, progress, visible=not private), None
+    if not result.complete or result.frames == 0:
         raise Incomplete(result)
-    show_speed(result)
+    if report is not None:
+        show_result(result, report)
+    else:
+        show_speed(result)
+    if result.ended_early:
+        kept = f"; the results up to there are in {out}" if out is not None else ""
+        raise EndedEarly(result.ended_early + kept)

@@ -22,6 +22,8 @@ from rich.text import Text
 
 from worm_bringup.graph import Progress as Report
 from worm_bringup.graph import RunResult
+from worm_msgs_py.source_events import in_words, read_source_events
+from worm_msgs_py.text import printable
 
 _SHOWN = (
     "d_c",
@@ -80,6 +82,10 @@ def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None
         f"{frames['read']} frames in, {frames['tracked']} tracked"
         + (f"; {others}" if others else "")
     )
+    for line in in_words(read_source_events(summary.get("source_events", ()))):
+        console.print(
+            printable(line), style="yellow", soft_wrap=True, highlight=False, markup=False
+        )
     between()
     shown = {name: summary["quantities"][name] for name in _SHOWN}
     known = {name: item for name, item in shown.items() if item["value"] is not None}
