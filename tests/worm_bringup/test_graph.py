@@ -155,7 +155,7 @@ def test_damage_in_the_middle_is_not_the_end(tmp_path):
     data[len(data) * 3 // 4] ^= 1
     with_checksums.write_bytes(data)
     seen = []
-    with pytest.raises(BadInput, match=r"damaged.*bag_repair"):
+    with pytest.raises(BadInput, match=r"damaged.*checksum.*worm repair"):
         run_in_process(*graph(with_checksums, tmp_path / "out"), lambda *sent: seen.append(sent))
     assert 0 < seen[-1][0] < 600
     assert not (tmp_path / "out").exists()

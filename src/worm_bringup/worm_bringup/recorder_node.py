@@ -93,10 +93,13 @@ class RecorderNode(WormNode):
             parts.append(f"{self._recording.rows} of {self._frames} frames are recorded")
         silent = sorted(self._expected - set(self._announced))
         parts += [f"{name} has not finished" for name in silent]
+        sent: Counter[str] = Counter()  # two nodes may tell of the source on one topic
+        for counts in self._announced.values():
+            sent.update(counts)
         parts += [
-            f"{name} sent {count} on {topic}, {self._received[topic]} came"
-            for name, counts in self._announced.items()
-            for topic, count in counts.items()
+            f"{_senders(self._announced, topic)} sent {count} on {topic}, "
+            f"{self._received[topic]} came"
+            for topic, count in sent.items()
             if self._received[topic] != count
         ]
         return "; ".join(parts)
@@ -174,6 +177,10 @@ class RecorderNode(WormNode):
         if self._frames:  # a trial without one frame has no results
             self._recording.finish(self._provenance)  # last: where the summary is, all is
         self._done = True
+
+
+def _senders(announced: dict[str, dict[str, int]], topic: str) -> str:
+    return " and ".join(name for name, counts in announced.items() if topic in counts)
 
 
 def _empty_directory(out: str) -> Path:

@@ -60,13 +60,18 @@ def build_summary(trial: Trial, provenance: Mapping[str, Any]) -> dict[str, Any]
         "correlation": _correlation(trial.correlation),
         "model": _model(trial.comparison, trial.model_correlation),
         "provenance": dict(provenance),
-        "source_events": [asdict(event) for event in trial.source_events],
+        "source_events": [asdict(event) for event in _in_order(trial.source_events)],
         "complete": not trial.why_not_whole,
     }
     if trial.why_not_whole:
         summary["why_not_complete"] = trial.why_not_whole
     finite: dict[str, Any] = _without_nan(summary)
     return finite
+
+
+def _in_order(events: Sequence[SourceEvent]) -> list[SourceEvent]:
+    """Return events in an order that does not depend on which of two nodes was heard first."""
+    return sorted(events, key=lambda event: (event.frame, event.stamp_ns, event.kind, event.why))
 
 
 def write_summary(path: Path, summary: Mapping[str, Any]) -> None:

@@ -13,6 +13,8 @@ class SourceEventKind(StrEnum):
     """The camera gave no picture for some time, and came back."""
     LOST = "lost"
     """Pictures of the recording cannot be read; they are not among the frames."""
+    MISCOUNTED = "miscounted"
+    """The recording's index counts another number of pictures than there are; all are frames."""
     BAD_MESSAGE = "bad_message"
     """A message cannot be read; it is a frame with the status ``bad_image``."""
     RECORD_STOPPED = "record_stopped"
@@ -83,7 +85,11 @@ def _line(kind: SourceEventKind, events: list[SourceEvent]) -> str:
             f"{sum(seconds):.1f} s in all{longest}"
         )
     if kind is SourceEventKind.LOST:
-        return f"{count or 'some'} pictures of the recording are lost: {first}"
+        if count == 0:
+            return f"the recording is damaged, how much is lost is not known: {first}"
+        return f"{count} messages of the recording are lost: {first}"
+    if kind is SourceEventKind.MISCOUNTED:
+        return first
     if kind is SourceEventKind.BAD_MESSAGE:
         return f"{count or 'some'} messages cannot be used: {first}"
     if kind is SourceEventKind.RECORD_STOPPED:

@@ -1,25 +1,35 @@
 """Reads the pictures of a recording: a rosbag2 directory, an .mcap or a .db3 file."""
 
 import heapq
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from rosbags.interfaces import Connection
-from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
-
-from worm_msgs_py.errors import BadInput
-from worm_tracker.bag_faults import no_bag_there, unreadable, why_not_a_bag
-from worm_tracker.cdr import stamp_of, with_stamp
-from worm_tracker.pictures import COMPRESSED_TYPE, IMAGE_TYPE, check_readable
+from worm_msgs_py.errors import BadInput, BadPicture
+from worm_msgs_py.source_events import SourceEventKind
+from worm_tracker.bag_scan.decompression import MAX_CHUNK_MIB
+from worm_tracker.bag_scan.found import FoundMessage, Lost
+from worm_tracker.bag_sources import BagSource, SalvagedBag, SoundBag
+from worm_tracker.cdr import empty_picture, read_picture, stamp_of, with_stamp
+from worm_tracker.picture_stamps import PictureStamps, ahead_of
+from worm_tracker.pictures import (
+    COMPRESSED_TYPE,
+    IMAGE_TYPE,
+    MAX_MEGAPIXELS,
+    check_readable,
+    check_whole,
+)
 
 REORDERED = 8
 """Pictures that are held back to put those into order that were recorded out of it."""
 
 _TYPES = (IMAGE_TYPE, COMPRESSED_TYPE)
+_TRIED = 100
+"""Messages that may be unreadable at the start before the topic is taken to hold no picture."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -29,16 +39,39 @@ class BagPicture:
     Attributes
     ----------
     stamp_ns : int
-        Time of capture: the header's stamp, or the time of recording where that is 0.
+        Time of capture, as `PictureStamps` decides it.
     index : int
         Place among the bag's pictures in the order of recording; it tells equal stamps apart.
     raw : bytes
-        The message in CDR form, its header's stamp set to `stamp_ns`.
+        The message in CDR form, its header's stamp set to `stamp_ns`. One that cannot be read is
+        replaced by an empty picture, which every reader of ROS can read.
+    why_bad : str
+        Why it was replaced; empty where it was not.
     """
 
     stamp_ns: int
     index: int
     raw: bytes
+    why_bad: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class BagLoss:
+    """What is to be said of a bag beside its pictures.
+
+    Attributes
+    ----------
+    kind : SourceEventKind
+        `LOST` or `MISCOUNTED`.
+    why : str
+        One line.
+    count : int
+        Messages that are lost, 0 where their number is not known.
+    """
+
+    kind: SourceEventKind
+    why: str
+    count: int
 
 
 class BagPictures:
@@ -57,6 +90,12 @@ class BagPictures:
         Leave out what was recorded in the first seconds after the first picture.
     playback_duration_s : float, optional
         Stop this long (seconds of recording) after `start_offset_s`. None: read to the end.
+    salvage : bool
+        Go over what is damaged, and say what was lost, instead of refusing it.
+    max_chunk_mib : float
+        Largest piece of the bag, decompressed, that is read.
+    max_megapixels : float
+        Larger pictures are bad ones.
 
     Attributes
     ----------
@@ -65,16 +104,18 @@ class BagPictures:
     message_type : str
         `IMAGE_TYPE` or `COMPRESSED_TYPE`.
     count : int
-        Number of pictures on the topic.
+        Number of pictures on the topic, as the bag counts them.
     expected : int
         Number of pictures that will be read: `count`, or a guess from the recorded times where
         only a part is read.
+    losses : deque of BagLoss
+        What was lost among the pictures that were read so far; the reader takes it from there.
 
     Raises
     ------
     BadInput
         No such bag, not a bag, cut or damaged, no pictures, several topics of pictures and none
-        chosen, an encoding that is not read, nothing left after the offset. One line each.
+        chosen, no message that can be read, nothing left after the offset. One line each.
     """
 
     def __init__(
@@ -84,49 +125,65 @@ class BagPictures:
         *,
         start_offset_s: float = 0.0,
         playback_duration_s: float | None = None,
+        salvage: bool = False,
+        max_chunk_mib: float = MAX_CHUNK_MIB,
+        max_megapixels: float = MAX_MEGAPIXELS,
     ) -> None:
         self.path = Path(path)
+        self.losses: deque[BagLoss] = deque()
         _check_range(start_offset_s, playback_duration_s)
-        self._reader = _open(self.path)
+        self._salvage, self._max_megapixels = salvage, max_megapixels
+        kind = SalvagedBag if salvage else SoundBag
+        self._bag: BagSource = kind(self.path, max_chunk_mib)
         try:
-            self._connections = _choose(self.path, self._reader.connections, topic)
-            self.topic = self._connections[0].topic
-            self.message_type = self._connections[0].msgtype
-            self.count = sum(connection.msgcount for connection in self._connections)
-            first_ns, raw = self._first()
-            self._check_encoding(raw)
+            self.topic, self.message_type = _choose(self.path, self._bag, topic)
+            self.count = self._bag.counts[self.topic, self.message_type]
+            first = self._first()
+            first_ns = next((m.log_ns for m in first if 0 <= m.log_ns < 2**63), 0)
+            self._first_stamps = [(_header_stamp(m.data), m.log_ns) for m in first[:REORDERED]]
             self._start_ns = first_ns + round(start_offset_s * 1e9)
             self._stop_ns: int | None = None
             if playback_duration_s is not None:
                 self._stop_ns = self._start_ns + round(playback_duration_s * 1e9)
             self._whole = start_offset_s == 0.0 and self._stop_ns is None
-            self.expected = self.count if self._whole else self._guess(first_ns)
+            self.expected = max(1, self.count) if self._whole else self._guess(first_ns)
         except BaseException:
             self.close()
             raise
 
-    def _first(self) -> tuple[int, bytes]:
-        """Return the time of recording, and the bytes, of the first picture."""
-        for _, log_ns, raw in self._messages(None, None):
-            return log_ns, raw
-        raise BadInput(f"{self.path}: no picture on {self.topic}, though the index counts some")
-
-    def _check_encoding(self, raw: bytes) -> None:
-        try:
-            typestore = get_typestore(Stores.ROS2_JAZZY)
-            message = typestore.deserialize_cdr(raw, self.message_type)
-        except Exception as error:  # whatever a damaged message provokes in the parser
+    def _first(self) -> list[FoundMessage]:
+        """Return the first messages as far as one that can be read, and `REORDERED` at least."""
+        first: list[FoundMessage] = []
+        good, why = False, ""
+        for message in islice(self._messages(None, None), _TRIED):
+            first.append(message)
+            why_bad = self._why_bad(message.data)
+            good, why = good or not why_bad, why or why_bad
+            if good and len(first) >= REORDERED:
+                break
+        self.losses.clear()  # they are told when the pictures are read
+        if not first:
             raise BadInput(
-                f"{self.path}: the first message on {self.topic} is not a {self.message_type} "
-                f"({error or type(error).__name__})"
-            ) from error
+                f"{self.path}: the bag holds no picture; it may have been recorded too late"
+            )
+        if not good:
+            raise BadInput(f"{self.path}, topic {self.topic}: no message can be read: {why}")
+        return first
+
+    def _why_bad(self, raw: bytes) -> str:
+        """Return why a message is not a picture that can be read; empty where it is one."""
         try:
-            check_readable(message)
-        except BadInput as error:
-            raise BadInput(f"{self.path}, topic {self.topic}: {error}") from None
+            fields = read_picture(raw, self.message_type)
+            check_readable(fields)
+            check_whole(fields, self._max_megapixels)
+        except (BadInput, BadPicture) as error:
+            return str(error)
+        except ValueError as error:
+            return f"the message is not a {self.message_type}: {error}"
+        return ""
 
     def _guess(self, first_ns: int) -> int:
-        end_ns = self._reader.end_time
+        end_ns = self._bag.end_ns
         stop_ns = end_ns if self._stop_ns is None else min(self._stop_ns, end_ns)
         share = max(0, stop_ns - self._start_ns) / max(1, end_ns - first_ns)
         if share == 0.0:
@@ -139,15 +196,20 @@ class BagPictures:
     @property
     def duration_s(self) -> float:
         """Length of the recording, seconds, other topics included."""
-        return self._reader.duration / 1e9
+        return max(0, self._bag.end_ns - self._bag.start_ns) / 1e9
 
-    def _messages(
-        self, start_ns: int | None, stop_ns: int | None
-    ) -> Iterator[tuple[Connection, int, bytes]]:
-        try:
-            yield from self._reader.messages(self._connections, start_ns, stop_ns)
-        except Exception as error:  # damage shows itself in as many ways as there are parsers
-            raise unreadable(self.path, error) from error
+    def _messages(self, start_ns: int | None, stop_ns: int | None) -> Iterator[FoundMessage]:
+        """Yield the topic's messages recorded in a span of time; note what is lost."""
+        for found in self._bag.found(self.topic, start_ns):
+            if isinstance(found, Lost):
+                count = found.messages or 0
+                self.losses.append(BagLoss(SourceEventKind.LOST, found.why, count))
+            elif found.topic.type != self.message_type:
+                pass
+            elif (start_ns is None or found.log_ns >= start_ns) and (
+                stop_ns is None or found.log_ns < stop_ns
+            ):
+                yield found
 
     def __iter__(self) -> Iterator[BagPicture]:
         """Yield the pictures in the order of their stamps.
@@ -158,27 +220,48 @@ class BagPictures:
         Raises
         ------
         BadInput
-            The bag is damaged further on, or holds fewer pictures than its index counts.
+            The bag is damaged further on.
         """
+        self.losses.clear()
         held: list[BagPicture] = []
-        start_ns = None if self._whole else self._start_ns
-        index = -1
-        for index, (_, log_ns, raw) in enumerate(self._messages(start_ns, self._stop_ns)):
-            heapq.heappush(held, _picture(self.path, index, log_ns, raw))
+        count = 0
+        for picture in self._pictures():
+            count += 1
+            heapq.heappush(held, picture)
             if len(held) > REORDERED:
                 yield heapq.heappop(held)
-        if self._whole and index + 1 < self.count:
-            raise BadInput(
-                f"{self.path}: holds {index + 1} pictures where its index counts {self.count}; "
-                "it is incomplete: copy it again, or rebuild its index with `ros2 bag reindex`"
-            )
         while held:
             yield heapq.heappop(held)
+        if self._whole and not self._salvage and count != self.count:
+            self.losses.append(_miscounted(self.topic, self.count, count))
+
+    def _pictures(self) -> Iterator[BagPicture]:
+        """Yield the pictures in the order of recording."""
+        start_ns = None if self._whole else self._start_ns
+        stamps = PictureStamps(self._first_stamps)
+        messages = self._messages(start_ns, self._stop_ns)
+        message = next(messages, None)
+        index = 0
+        while message is not None:
+            after = next(messages, None)
+            ahead = None if after is None else ahead_of(_header_stamp(after.data), after.log_ns)
+            yield self._picture(index, message, stamps, ahead)
+            message, index = after, index + 1
+
+    def _picture(
+        self, index: int, message: FoundMessage, stamps: PictureStamps, next_ahead: int | None
+    ) -> BagPicture:
+        why = self._why_bad(message.data)
+        stamp_ns, known = stamps.decide(_header_stamp(message.data), message.log_ns, next_ahead)
+        if not why and not known:
+            why = "neither its header nor its time of recording says when it was taken"
+        if why:
+            return BagPicture(stamp_ns, index, empty_picture(stamp_ns, self.message_type), why)
+        return BagPicture(stamp_ns, index, with_stamp(message.data, stamp_ns))
 
     def close(self) -> None:
         """Close the files."""
-        if self._reader.is_open:
-            self._reader.close()
+        self._bag.close()
 
     def __enter__(self) -> Self:
         return self
@@ -192,6 +275,14 @@ class BagPictures:
         self.close()
 
 
+def _header_stamp(raw: bytes) -> int:
+    """Return the stamp in a message's header; 0 where it has none."""
+    try:
+        return stamp_of(raw)
+    except ValueError:
+        return 0
+
+
 def _check_range(start_offset_s: float, playback_duration_s: float | None) -> None:
     if not start_offset_s >= 0.0:
         raise BadInput(f"--start-offset is {start_offset_s} s; it must be 0 or more")
@@ -199,52 +290,36 @@ def _check_range(start_offset_s: float, playback_duration_s: float | None) -> No
         raise BadInput(f"--playback-duration is {playback_duration_s} s; it must be more than 0")
 
 
-def _open(path: Path) -> Reader:
-    if not path.exists():
-        raise no_bag_there(path)
-    fault = why_not_a_bag(path)
-    if fault is not None:
-        raise fault
-    try:
-        reader = Reader(path)
-        reader.open()
-    except Exception as error:  # as above: damaged files fail in many ways
-        raise unreadable(path, error) from error
-    return reader
-
-
-def _choose(path: Path, connections: list[Connection], topic: str | None) -> list[Connection]:
-    """Return the connections of the topic that is to be read."""
-    pictures = [connection for connection in connections if connection.msgtype in _TYPES]
-    listed = ", ".join(sorted({f"{c.topic} ({c.msgtype})" for c in connections})) or "nothing"
+def _choose(path: Path, bag: BagSource, topic: str | None) -> tuple[str, str]:
+    """Return name and type of the topic that is to be read."""
+    pictures = {key: count for key, count in bag.counts.items() if key[1] in _TYPES}
+    listed = ", ".join(sorted(f"{name} ({kind})" for name, kind in bag.counts)) or "nothing"
+    if not pictures:
+        raise BadInput(f"{path}: no topic of pictures ({' or '.join(_TYPES)}); it holds {listed}")
     if topic is not None:
-        name = "/" + topic.lstrip("/")
-        chosen = [c for c in pictures if "/" + c.topic.lstrip("/") == name]
+        wanted = "/" + topic.lstrip("/")
+        chosen = {key: n for key, n in pictures.items() if "/" + key[0].lstrip("/") == wanted}
         if not chosen:
             raise BadInput(f"{path}: no pictures on the topic {topic}; the bag holds {listed}")
     else:
-        chosen = [c for c in pictures if c.msgcount > 0]
-    if not pictures:
-        raise BadInput(f"{path}: no topic of pictures ({' or '.join(_TYPES)}); it holds {listed}")
-    if not sum(connection.msgcount for connection in chosen):
-        raise BadInput(f"{path}: the bag holds no picture; it may have been recorded too late")
-    topics = sorted({connection.topic for connection in chosen})
+        chosen = pictures
+    # Where the index counts none at all it may be wrong: then reading tells.
+    chosen = {key: count for key, count in chosen.items() if count > 0} or chosen
+    topics = sorted({name for name, _ in chosen})
     if len(topics) > 1:
         raise BadInput(
             f"{path}: several topics hold pictures ({', '.join(topics)}); "
             f"choose one, such as --topic {topics[0]}"
         )
-    if len({connection.msgtype for connection in chosen}) > 1:
+    if len(chosen) > 1:
         raise BadInput(f"{path}: {topics[0]} holds both Image and CompressedImage; split the bag")
-    return chosen
+    return next(iter(chosen))
 
 
-def _picture(path: Path, index: int, log_ns: int, raw: bytes) -> BagPicture:
-    try:
-        stamp_ns = stamp_of(raw)
-    except ValueError as error:
-        raise BadInput(f"{path}: picture {index} is damaged: {error}") from None
-    if stamp_ns == 0:
-        stamp_ns = log_ns
-        raw = with_stamp(raw, stamp_ns)
-    return BagPicture(stamp_ns, index, raw)
+def _miscounted(topic: str, counted: int, there: int) -> BagLoss:
+    return BagLoss(
+        SourceEventKind.MISCOUNTED,
+        f"the bag's index counts {counted} pictures on {topic}, it holds {there}; all that are "
+        "there were read, and nothing else of the bag is damaged",
+        max(0, counted - there),
+    )

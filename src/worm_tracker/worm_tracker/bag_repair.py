@@ -1,101 +1,161 @@
-"""Saves what can still be read of a cut or damaged .mcap file into a whole one."""
+"""Saves what can still be read of a cut or damaged bag into a whole one."""
 
-import sys
+import os
+import shlex
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import BinaryIO
 
-from mcap.records import Channel, Message, Schema
-from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, Writer
+from rosbags.typesys import Stores, get_typestore
 
 from worm_msgs_py.errors import BadInput
+from worm_tracker.bag_faults import no_bag_there, nothing_to_save, unreadable, why_no_storage
+from worm_tracker.bag_scan.decompression import MAX_CHUNK_MIB
+from worm_tracker.bag_scan.found import Found, Lost, Topic
+from worm_tracker.bag_scan.scan import Survey, scan_bag
+
+_LATEST = 2**64 - 1
 
 
-def repair(damaged: Path, repaired: Path) -> int:
-    """Copy every message up to the damage into a new file, with index and checksums.
+def name_of_repaired(bag: Path) -> Path:
+    """Return where a repaired bag goes if nothing else is said: beside the damaged one.
+
+    A file that is part of a bag's directory is repaired beside that directory, or it would be
+    taken for another part of it.
+    """
+    bag = bag.absolute()
+    folder = bag.parent
+    if not bag.is_dir() and (folder / "metadata.yaml").is_file():
+        folder = folder.parent
+    stem = bag.name if bag.is_dir() else bag.name.split(".")[0]
+    return folder / f"{stem}_repaired.mcap"
+
+
+def repair(damaged: Path, repaired: Path, max_chunk_mib: float = MAX_CHUNK_MIB) -> Survey:
+    """Copy every message that can be read into a new .mcap file, with index and checksums.
 
     Parameters
     ----------
     damaged : Path
-        An .mcap file that was cut short or is damaged further on.
+        A rosbag2 directory, with or without its metadata.yaml, an .mcap or a .db3 file.
     repaired : Path
-        The file to write; it must not exist.
+        The .mcap file to write; it must not exist.
+    max_chunk_mib : float
+        Largest piece of the bag, decompressed, that is read.
 
     Returns
     -------
-    int
-        Number of messages that were saved.
+    Survey
+        What was saved, and what was lost.
 
     Raises
     ------
     BadInput
-        `damaged` is not there, `repaired` is, or not one message can be read.
+        `damaged` is no bag, `repaired` is there already or cannot be written, or not one message
+        can be read.
     """
-    if not damaged.is_file():
-        raise BadInput(f"{damaged}: no such file")
-    if repaired.exists():
-        raise BadInput(f"{repaired}: exists already; choose another name")
-    partial = repaired.with_name(repaired.name + ".partial")
+    _check(damaged, repaired)
+    survey = Survey()
+    with _appearing_whole(repaired) as target:
+        try:
+            _copy(_surveyed(scan_bag(damaged, max_chunk_mib), survey, damaged), target)
+        except OSError as error:  # the disk is full, not the bag damaged
+            raise _not_written(repaired, error) from error
+        if not survey.messages:
+            raise nothing_to_save(damaged, survey.losses)
+    return survey
+
+
+def _check(damaged: Path, repaired: Path) -> None:
     try:
-        with damaged.open("rb") as source, partial.open("wb") as target:
-            writer = Writer(target, compression=CompressionType.ZSTD)
-            writer.start(profile="ros2", library="worm-escape")
-            saved = _copy(StreamReader(source, validate_crcs=True), writer)
-            writer.finish()
-        if saved == 0:
-            raise BadInput(f"{damaged}: not one message can be read; nothing can be saved")
-        partial.rename(repaired)
+        there, taken = damaged.exists(), os.path.lexists(repaired)
+    except OSError:  # a name that is too long for the file system
+        there, taken = False, False
+    if not there:
+        raise no_bag_there(damaged)
+    fault = why_no_storage(damaged)
+    if fault is not None:
+        raise fault
+    if repaired.suffix != ".mcap":
+        raise BadInput(f"--out {repaired}: a repaired bag is an .mcap file: let its name end so")
+    if taken:
+        raise BadInput(f"{repaired}: exists already; choose another name with --out")
+
+
+def _not_written(path: Path, error: OSError) -> BadInput:
+    return BadInput(f"{path}: cannot be written: {error.strerror}; choose another place with --out")
+
+
+@contextmanager
+def _appearing_whole(path: Path) -> Iterator[BinaryIO]:
+    """Give a file that takes its name when it is whole, and never the place of another."""
+    try:
+        number, name = tempfile.mkstemp(prefix=f".{path.name}.partial-", dir=path.parent)
+    except OSError as error:
+        raise _not_written(path, error) from error
+    partial = Path(name)
+    try:
+        with os.fdopen(number, "wb") as target:
+            yield target
+            target.flush()
+            os.fsync(target.fileno())
+        mask = os.umask(0)
+        os.umask(mask)
+        partial.chmod(0o666 & ~mask)
+        try:
+            os.link(partial, path)
+        except FileExistsError:
+            raise BadInput(
+                f"{path}: exists already; choose another name, such as "
+                f"`--out {shlex.quote(str(path.with_name('again_' + path.name)))}`"
+            ) from None
+        except OSError:  # a file system without links
+            partial.rename(path)
     finally:
-        partial.unlink(missing_ok=True)
-    return saved
+        with suppress(FileNotFoundError):
+            partial.unlink()
 
 
-def _copy(reader: StreamReader, writer: Writer) -> int:
-    """Copy records until the reader meets the damage; return the number of messages."""
-    schemas: dict[int, int] = {}
-    channels: dict[int, int] = {}
-    saved = 0
+def _surveyed(found: Iterable[Found], survey: Survey, damaged: Path) -> Iterator[Found]:
+    """Yield what is found, counted; a disk that fails under the bag is the bag's fault."""
     try:
-        for record in reader.records:
-            if isinstance(record, Schema) and record.id not in schemas:
-                schemas[record.id] = writer.register_schema(
-                    record.name, record.encoding, record.data
-                )
-            elif isinstance(record, Channel) and record.id not in channels:
-                channels[record.id] = writer.register_channel(
-                    record.topic,
-                    record.message_encoding,
-                    schemas.get(record.schema_id, 0),
-                    record.metadata,
-                )
-            elif isinstance(record, Message):
-                writer.add_message(
-                    channels[record.channel_id],
-                    record.log_time,
-                    record.data,
-                    record.publish_time,
-                    record.sequence,
-                )
-                saved += 1
-    except OSError:
-        raise  # the disk is full, not the bag damaged
-    except Exception as error:  # the damage: EndOfFile, struct.error, ZstdError, CRC, ...
-        print(f"stopped at the damage: {error or type(error).__name__}", file=sys.stderr)
-    return saved
+        for item in found:
+            survey.take(item)
+            yield item
+    except OSError as error:
+        raise unreadable(damaged, error) from error
 
 
-def main() -> int:
-    """Run ``python -m worm_tracker.bag_repair DAMAGED.mcap REPAIRED.mcap``."""
-    if len(sys.argv) != 3:
-        print(main.__doc__, file=sys.stderr)
-        return 2
-    try:
-        saved = repair(Path(sys.argv[1]), Path(sys.argv[2]))
-    except (BadInput, OSError) as error:
-        print(error, file=sys.stderr)
-        return 2
-    print(f"{saved} messages saved in {sys.argv[2]}")
-    return 0
+def _copy(found: Iterable[Found], target: BinaryIO) -> None:
+    writer = Writer(target, compression=CompressionType.ZSTD)
+    writer.start(profile="ros2", library="worm-escape")
+    channels: dict[Topic, int] = {}
+    for item in found:
+        if isinstance(item, Lost):
+            continue
+        if item.topic not in channels:
+            channels[item.topic] = _register(writer, item.topic)
+        writer.add_message(
+            channels[item.topic],
+            min(max(item.log_ns, 0), _LATEST),
+            item.data,
+            min(max(item.publish_ns, 0), _LATEST),
+            item.sequence,
+        )
+    writer.finish()
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def _register(writer: Writer, topic: Topic) -> int:
+    definition, form = topic.definition, topic.definition_format
+    if not definition:
+        store = get_typestore(Stores.ROS2_JAZZY)
+        with suppress(Exception):  # a type that is not one of ROS 2's own stays without
+            definition, _ = store.generate_msgdef(topic.type, ros_version=2)
+            form = "ros2msg"
+    schema = writer.register_schema(topic.type, form, definition.encode())
+    return int(
+        writer.register_channel(topic.name, topic.serialization, schema, dict(topic.metadata))
+    )

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from numpy.typing import NDArray
 from rclpy.event_handler import SubscriptionEventCallbacks
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
 from std_srvs.srv import Trigger
 
-from worm_msgs_py import convert, topics
+from worm_msgs_py import SourceEvent, convert, topics
 from worm_msgs_py.body import TrackedFrame
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.convert.stamp import header
@@ -22,6 +23,7 @@ from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
 from worm_msgs_py.running import run_alone
 from worm_msgs_py.worm_node import WormNode
+from worm_tracker.bad_messages import BadMessages
 from worm_tracker.head_tail import Exchange, ExchangeKind
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.pictures import PictureDecoder
@@ -34,7 +36,14 @@ _POSES = {
     topics.WORM_CENTROID: "centroid",
     topics.WORM_TAIL: "tail",
 }
-_OUT = {topics.CHAMBER, topics.CHAMBER_GEOMETRY, topics.WORM_STATE, topics.WORM_MIDLINE, *_POSES}
+_OUT = {
+    topics.CHAMBER,
+    topics.CHAMBER_GEOMETRY,
+    topics.WORM_STATE,
+    topics.WORM_MIDLINE,
+    topics.SOURCE_EVENTS,
+    *_POSES,
+}
 
 DESCRIPTIONS = {
     "polarity": "How the worm looks against its surroundings: dark or bright.",
@@ -54,6 +63,7 @@ DESCRIPTIONS = {
     "view.",
     "px_per_mm": "Scale of pictures without a chamber; NaN: unknown.",
     "hold_back_frames": "Most frames that wait for the decision which end is the head.",
+    "max_megapixels": "Larger pictures are bad ones: they are not decoded.",
     "calibration_frames": "Pictures that may fail to show a chamber before the tracker gives up.",
 }
 
@@ -75,7 +85,8 @@ class TrackerNode(WormNode):
     the frame and the stamp from which it holds. The service ``~/swap_head`` (std_srvs/Trigger) does
     it by hand, for the frames that are held back and for the rest of the trial.
 
-    A picture that cannot be decoded is a frame with the status ``bad_image``. When as many frames
+    A picture that cannot be decoded, or is of another size than the first one, is a frame with the
+    status ``bad_image``; `source/events` says why. When as many frames
     have been taken as `flow/end` says, those held back are published and the end is announced.
 
     Raises
@@ -87,6 +98,8 @@ class TrackerNode(WormNode):
     STATE = (
         "_tracker",
         "_decoder",
+        "_any_decoded",
+        "_bad",
         "_kind",
         "_announced",
         "_exchanges_told",
@@ -106,7 +119,9 @@ class TrackerNode(WormNode):
             self.destroy_node()
             raise
         self._tracker = Tracker(parameters)
-        self._decoder = PictureDecoder()
+        self._decoder = PictureDecoder(parameters.max_megapixels)
+        self._any_decoded = False
+        self._bad = BadMessages()
         self._kind: type | None = None
         self._announced = 0
         self._exchanges_told = 0
@@ -162,11 +177,9 @@ class TrackerNode(WormNode):
         self._kind = self._kind or kind
         if self._done or kind is not self._kind:
             return  # a camera that offers both forms sends each frame twice
-        try:
-            picture = self._decoder.decode(msg)
-        except BadPicture:
-            picture = np.empty((0, 0), np.uint8)
         self._last_ns = convert.stamp_to_ns(msg.header.stamp)
+        picture, why_bad = self._decode(msg)
+        self._tell_whether_bad(why_bad)
         if not self._taken:
             self._first_ns = self._last_ns
         self._taken += 1
@@ -175,6 +188,38 @@ class TrackerNode(WormNode):
         self._publish(given)
         self._finish_if_whole()
         self._report()
+
+    def _decode(self, msg: Any) -> tuple[NDArray[np.uint8], str]:
+        """Return the picture of a message, and why it cannot be used; empty where it can."""
+        nothing = np.empty((0, 0), np.uint8)
+        try:
+            picture = self._decoder.decode(msg)
+        except BadPicture as error:
+            return nothing, str(error)
+        except BadInput as error:
+            if not self._any_decoded and len(msg.data):
+                raise  # no picture of this source is of an encoding that is read
+            # An empty message stands for one that the source could not read, and has told of.
+            return nothing, str(error) if len(msg.data) else ""
+        self._any_decoded = True
+        if self._tracker.shape not in (None, picture.shape):
+            (height, width), (first_height, first_width) = picture.shape, self._tracker.shape
+            return nothing, (
+                f"it has {width} × {height} pixels, those before it {first_width} × "
+                f"{first_height}: the rig's place is known for that size alone; it is not rescaled"
+            )
+        return picture, ""
+
+    def _tell_whether_bad(self, why: str) -> None:
+        """Tell on `source/events` which pictures cannot be used."""
+        bad = self._bad.bad(self._taken, self._last_ns, why) if why else self._bad.good()
+        self._tell_events(bad)
+
+    def _tell_events(self, events: list[SourceEvent]) -> None:
+        for event in events:
+            self._out[topics.SOURCE_EVENTS].publish(
+                convert.source_events_to_msg([event], event.stamp_ns)
+            )
 
     def _on_end(self, msg: UInt64) -> None:
         self._expected = convert.count_from_msg(msg)
@@ -234,6 +279,7 @@ class TrackerNode(WormNode):
         if self._taken != self._expected and not self._live:
             return
         self._publish(self._tracker.finish())
+        self._tell_events(self._bad.end())
         self._done = True
         self._report(at_once=True)
         self._ledger.announce()

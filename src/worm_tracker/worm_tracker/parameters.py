@@ -6,6 +6,7 @@ from math import hypot, isfinite
 
 from worm_msgs_py import limits
 from worm_msgs_py.errors import TrackerError
+from worm_tracker.pictures import MAX_MEGAPIXELS, MEGAPIXELS
 
 NAN = float("nan")
 LIMITS = {
@@ -23,8 +24,15 @@ LIMITS = {
     "px_per_mm": limits.PX_PER_MM,
     "hold_back_frames": limits.Limit(0, 1e5),
     "calibration_frames": limits.Limit(1, 1e5),
+    "max_megapixels": MEGAPIXELS,
 }
-MAY_LACK = frozenset(LIMITS) - {"radius_m", "depth_m", "hold_back_frames", "calibration_frames"}
+MAY_LACK = frozenset(LIMITS) - {
+    "radius_m",
+    "depth_m",
+    "hold_back_frames",
+    "calibration_frames",
+    "max_megapixels",
+}
 """NaN says of these that they are to be looked for, or are not known."""
 
 
@@ -67,6 +75,8 @@ class TrackerParameters:
         Most frames that wait for the decision which end is the head.
     calibration_frames : int
         Pictures that may fail to show a chamber before the tracker gives up.
+    max_megapixels : float
+        Larger pictures are bad ones: they are not decoded.
 
     Raises
     ------
@@ -90,6 +100,7 @@ class TrackerParameters:
     px_per_mm: float = NAN
     hold_back_frames: int = 256
     calibration_frames: int = 10
+    max_megapixels: float = MAX_MEGAPIXELS
 
     def __post_init__(self) -> None:
         if self.polarity not in tuple(Polarity):

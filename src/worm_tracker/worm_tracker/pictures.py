@@ -7,11 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_msgs_py.errors import BadInput, BadPicture
+from worm_msgs_py.limits import Limit
+from worm_tracker.picture_files import JPEG, PNG, size_of_whole
 
 Grey = NDArray[np.uint8]
 
 IMAGE_TYPE = "sensor_msgs/msg/Image"
 COMPRESSED_TYPE = "sensor_msgs/msg/CompressedImage"
+
+MEGAPIXELS = Limit(1e-3, 1e4, "megapixels")
+MAX_MEGAPIXELS = 64.0
+"""Largest picture that is decoded where nothing else is asked for."""
 
 ENCODINGS = ("mono8", "mono16", "bgr8", "rgb8")
 """What is read of `sensor_msgs/Image`."""
@@ -19,7 +25,7 @@ FORMATS = ("jpeg", "png")
 """What is read of `sensor_msgs/CompressedImage`."""
 
 _BYTES_PER_PIXEL = {"mono8": 1, "mono16": 2, "bgr8": 3, "rgb8": 3}
-_MAGIC = {"jpeg": b"\xff\xd8\xff", "png": b"\x89PNG\r\n\x1a\n"}
+_MAGIC = {"jpeg": JPEG, "png": PNG}
 _DEPTHS = (8, 10, 12, 14, 16)
 # A grey picture of the depth that the file has, never turned by what a camera wrote into EXIF:
 # pixel coordinates are those of the sensor.
@@ -33,10 +39,16 @@ class PictureDecoder:
     (a 12-bit camera fills 0 to 4095). The first picture that is not all black decides: the
     smallest of 8, 10, 12, 14 and 16 bits that holds its maximum. Later pictures are scaled alike,
     and saturate, so that the grey levels of a recording depend on the recording alone.
+
+    Parameters
+    ----------
+    max_megapixels : float
+        Larger pictures are refused before they are decoded.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, max_megapixels: float = MAX_MEGAPIXELS) -> None:
         self._bits: int | None = None
+        self._max_megapixels = max_megapixels
 
     @property
     def significant_bits(self) -> int | None:
@@ -61,9 +73,10 @@ class PictureDecoder:
         BadInput
             The encoding is not one of those that are read.
         BadPicture
-            The message does not hold the pixels that it promises.
+            The message does not hold the pixels that it promises, or too many.
         """
         check_readable(message)
+        check_whole(message, self._max_megapixels)
         picture = _raw(message) if hasattr(message, "encoding") else _compressed(message)
         return self._to_8_bits(picture)
 
@@ -94,6 +107,43 @@ def check_readable(message: Any) -> None:
         )
 
 
+def check_whole(message: Any, max_megapixels: float = MAX_MEGAPIXELS) -> None:
+    """Raise BadPicture where a message of a readable encoding is cut, empty or too large.
+
+    No pixel is decoded: OpenCV would make grey of what is missing, and fill the memory with a
+    small file of a vast picture.
+    """
+    if hasattr(message, "encoding"):
+        width, height = int(message.width), int(message.height)
+        _check_size(width, height, max_megapixels)
+        row = width * _BYTES_PER_PIXEL[message.encoding]
+        step, size = int(message.step), len(message.data)
+        if step < row or size < step * (height - 1) + row:
+            raise BadPicture(
+                f"the picture of {width} × {height} pixels ({message.encoding}) needs "
+                f"{row} bytes a row; it has {size} bytes in rows of {step}"
+            )
+    else:
+        data = message.data if isinstance(message.data, bytes) else memoryview(message.data)
+        try:
+            width, height = size_of_whole(data)
+        except BadPicture as error:
+            raise BadPicture(
+                f"the {message.format!r} picture of {len(data)} bytes cannot be decoded: {error}"
+            ) from None
+        _check_size(width, height, max_megapixels)
+
+
+def _check_size(width: int, height: int, max_megapixels: float) -> None:
+    if height == 0 or width == 0:
+        raise BadPicture(f"the picture is empty ({width} × {height} pixels)")
+    if width * height > max_megapixels * 1e6:
+        raise BadPicture(
+            f"the picture has {width} × {height} pixels, more than the {max_megapixels:g} "
+            "megapixels that max_megapixels allows"
+        )
+
+
 def _compression(message: Any) -> str | None:
     """Return how the message is compressed: its first bytes say so, else its format field."""
     head = bytes(message.data[:8])
@@ -112,13 +162,6 @@ def _raw(message: Any) -> NDArray[Any]:
     height, width, step = int(message.height), int(message.width), int(message.step)
     row = width * _BYTES_PER_PIXEL[message.encoding]
     data = np.frombuffer(message.data, np.uint8)
-    if height == 0 or width == 0:
-        raise BadPicture(f"the picture is empty ({width} × {height} pixels)")
-    if step < row or data.size < step * (height - 1) + row:
-        raise BadPicture(
-            f"the picture of {width} × {height} pixels ({message.encoding}) needs "
-            f"{row} bytes a row; it has {data.size} bytes in rows of {step}"
-        )
     if data.size < step * height:  # the last row may come without its padding
         data = np.concatenate([data, np.zeros(step * height - data.size, np.uint8)])
     rows = data[: step * height].reshape(height, step)[:, :row]

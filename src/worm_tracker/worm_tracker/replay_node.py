@@ -10,12 +10,14 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import Trigger
 
-from worm_msgs_py import topics
+from worm_msgs_py import SourceEvent, topics
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 from worm_msgs_py.qos import IMAGE_REPLAY
+from worm_tracker.bad_messages import BadMessages
 from worm_tracker.bag_pictures import BagPicture, BagPictures
-from worm_tracker.pictures import IMAGE_TYPE
+from worm_tracker.bag_scan.decompression import CHUNK_MIB, MAX_CHUNK_MIB
+from worm_tracker.pictures import IMAGE_TYPE, MAX_MEGAPIXELS, MEGAPIXELS
 from worm_tracker.playback import PLAYBACK, RATE, START_OFFSET, Playback, in_a_loop
 from worm_tracker.source_node import SourceNode, run_alone
 
@@ -37,6 +39,10 @@ class ReplayNode(SourceNode):
         Seconds of recording to leave out, and to play; a duration of -1.0 plays to the end.
     start_paused : bool
         Wait for `~/resume` or `~/play_next`.
+    salvage : bool
+        Go over what is damaged in the bag and say what was lost, instead of refusing it.
+    max_chunk_mib, max_megapixels : float
+        Largest piece of the bag, decompressed, and largest picture that are read.
     window : int
         Frames in flight between processes; 0: wait for nobody (a graph without a tracker).
 
@@ -51,6 +57,8 @@ class ReplayNode(SourceNode):
     BadInput
         As `BagPictures`, before anything is published.
     """
+
+    STATE = (*SourceNode.STATE, "_bad", "_last_ns", "_losses_told")
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(**node_arguments)
@@ -72,6 +80,11 @@ class ReplayNode(SourceNode):
             "playback_duration", -1.0, "seconds to play; -1.0: to the end", PLAYBACK, or_else=-1.0
         )
         paused = parameter("start_paused", False, "wait for ~/resume or ~/play_next")
+        salvage = parameter("salvage", False, "go over what is damaged, and say what was lost")
+        about = "MiB; the largest piece of the bag, decompressed, that is read"
+        chunk_mib = parameter("max_chunk_mib", MAX_CHUNK_MIB, about, CHUNK_MIB)
+        about = "larger pictures are bad ones"
+        megapixels = parameter("max_megapixels", MAX_MEGAPIXELS, about, MEGAPIXELS)
         self.window = parameter(
             "window", 8, "frames in flight between processes; 0: any number", Limit(0, 1000)
         )
@@ -83,11 +96,16 @@ class ReplayNode(SourceNode):
             topic or None,
             start_offset_s=offset_s,
             playback_duration_s=duration_s if duration_s >= 0.0 else None,
+            salvage=salvage,
+            max_chunk_mib=chunk_mib,
+            max_megapixels=megapixels,
         )
+        self._bad = BadMessages()
         self.endless = loop
         self.expected = None if loop else self._bag.expected
         self._pictures: Iterator[BagPicture] = in_a_loop(self._bag) if loop else iter(self._bag)
         self._next: BagPicture | None = next(self._pictures, None)
+        self._last_ns = self._losses_told = 0
         kind, out = (
             (Image, topics.IMAGE)
             if self._bag.message_type == IMAGE_TYPE
@@ -110,8 +128,14 @@ class ReplayNode(SourceNode):
         """Publish the next picture whether due or not; at the end say so and return False."""
         picture = self._next
         if picture is None:
+            self._tell_losses(self._last_ns)
+            for event in self._bad.end():
+                self._tell(event)
             self._announce_end()
             return False
+        self._tell_losses(picture.stamp_ns)
+        self._tell_whether_bad(picture)
+        self._last_ns = picture.stamp_ns
         self.sent += 1
         self._publisher.publish(picture.raw)
         self._playback.played(picture.stamp_ns, time.monotonic())
@@ -123,6 +147,24 @@ class ReplayNode(SourceNode):
         super().restore(state)
         for _ in range(self.sent):
             self._next = next(self._pictures, None)
+        for _ in range(self._losses_told):
+            self._bag.losses.popleft()
+
+    def _tell_losses(self, stamp_ns: int) -> None:
+        """Tell what was lost among the pictures that have been read."""
+        while self._bag.losses:
+            loss = self._bag.losses.popleft()
+            self._losses_told += 1
+            self._tell(SourceEvent(loss.kind, self.sent, stamp_ns, loss.why, count=loss.count))
+
+    def _tell_whether_bad(self, picture: BagPicture) -> None:
+        """Tell which messages cannot be read."""
+        if picture.why_bad:
+            events = self._bad.bad(self.sent, picture.stamp_ns, picture.why_bad)
+        else:
+            events = self._bad.good()
+        for event in events:
+            self._tell(event)
 
     def end_now(self) -> None:
         """End a loop where it is."""

@@ -4,7 +4,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -56,7 +56,7 @@ class SourceNode(WormNode):
         Why the source ended before its time; empty where it did not.
     """
 
-    STATE = ("sent", "_taken", "_given", "_recorded", "_ledger.sent")
+    STATE: ClassVar[tuple[str, ...]] = ("sent", "_taken", "_given", "_recorded", "_ledger.sent")
     endless = False
 
     def __init__(self, **node_arguments: Any) -> None:

@@ -96,6 +96,11 @@ class Tracker:
         """Frames taken that have not been given yet."""
         return len(self._held) + len(self._coiled)
 
+    @property
+    def shape(self) -> tuple[int, ...] | None:
+        """Height and width that every picture must have; None until the rig is known."""
+        return self._shape
+
     def push(self, picture: Picture, stamp_ns: int) -> list[TrackedFrame]:
         """Take the next picture.
 

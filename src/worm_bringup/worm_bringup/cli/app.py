@@ -12,6 +12,7 @@ from worm_bringup.cli.evaluate import evaluate
 from worm_bringup.cli.import_ import import_
 from worm_bringup.cli.live import live
 from worm_bringup.cli.model import model
+from worm_bringup.cli.repair import repair
 from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
 from worm_bringup.cli.simulate import simulate
@@ -34,7 +35,7 @@ app = typer.Typer(
     rich_markup_mode="markdown",
 )
 app.command("import")(import_)
-for command in (replay, live, simulate, analyse, evaluate, report, doctor):
+for command in (replay, repair, live, simulate, analyse, evaluate, report, doctor):
     app.command()(command)
 app.add_typer(model)
 

@@ -11,11 +11,14 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli.numbers import number, numbers
 from worm_bringup.cli.usage import refuse_together, refuse_without
 from worm_msgs_py import limits
+from worm_tracker.bag_scan.decompression import CHUNK_MIB
 from worm_tracker.parameters import Polarity, TrackerParameters
+from worm_tracker.pictures import MEGAPIXELS
 
 _TRACKER = "The picture"
 _ANALYSIS = "The analysis"
 _GRAPH = "The graph"
+_DAMAGE = "Damaged bags"
 
 
 def _check_namespace(value: str) -> str:
@@ -123,6 +126,24 @@ Namespace = Annotated[
     str,
     typer.Option(
         help="ROS namespace, such as /rig1.", callback=_check_namespace, rich_help_panel=_GRAPH
+    ),
+]
+
+MaxChunkMib = Annotated[
+    float,
+    number(
+        CHUNK_MIB,
+        help="Largest piece of a bag, decompressed, that is read, MiB: no small file fills the "
+        "memory.",
+        rich_help_panel=_DAMAGE,
+    ),
+]
+MaxMegapixels = Annotated[
+    float,
+    number(
+        MEGAPIXELS,
+        help="Larger pictures are bad ones: they are not decoded.",
+        rich_help_panel=_DAMAGE,
     ),
 ]
 

@@ -18,7 +18,9 @@ from worm_bringup.results_directory import check_out
 from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_tracker.bag_pictures import BagPictures
+from worm_tracker.bag_scan.decompression import MAX_CHUNK_MIB
 from worm_tracker.parameters import Polarity
+from worm_tracker.pictures import MAX_MEGAPIXELS
 from worm_tracker.playback import PLAYBACK, RATE, START_OFFSET
 
 _PLAYER = "The player (as in ros2 bag play)"
@@ -90,6 +92,16 @@ def replay(
         ),
     ] = False,
     namespace: options.Namespace = "",
+    salvage: Annotated[
+        bool,
+        typer.Option(
+            "--salvage",
+            help="Go over what is damaged in the bag, and say what was lost.",
+            rich_help_panel="Damaged bags",
+        ),
+    ] = False,
+    max_chunk_mib: options.MaxChunkMib = MAX_CHUNK_MIB,
+    max_megapixels: options.MaxMegapixels = MAX_MEGAPIXELS,
 ) -> None:
     """Replay a bag of a past trial: every frame, none lost, the same bytes every time.
 
@@ -116,12 +128,21 @@ def replay(
         "start_offset": start_offset,
         "loop": loop,
         "start_paused": start_paused,
+        "salvage": salvage,
+        "max_chunk_mib": max_chunk_mib,
+        "max_megapixels": max_megapixels,
     }
     if playback_duration is not None:
         player["playback_duration"] = playback_duration
     check_apart({"--out": out}, {"the bag": bag})
     check_out(out)
-    with BagPictures(bag, topic or None) as pictures:
+    with BagPictures(
+        bag,
+        topic or None,
+        salvage=salvage,
+        max_chunk_mib=max_chunk_mib,
+        max_megapixels=max_megapixels,
+    ) as pictures:
         chosen = pictures.topic
     trial = Trial(
         source=NodeSpec("worm_tracker.replay_node", "image_source", player),
@@ -131,7 +152,8 @@ def replay(
             "topic": chosen,
             "start_offset_s": start_offset,
             "playback_duration_s": playback_duration,
-        },
+        }
+        | ({"salvaged": "what is damaged was passed over"} if salvage else {}),
         tracker=options.tracker_parameters(
             polarity=polarity,
             no_chamber=no_chamber,
@@ -143,7 +165,8 @@ def replay(
             depth_mm=depth_mm,
             passage_mm=passage_mm,
             px_per_mm=px_per_mm,
-        ),
+        )
+        | {"max_megapixels": max_megapixels},
         analysis=options.analysis_parameters(
             contact_factor=contact_factor, body_width_mm=body_width_mm, no_chamber=no_chamber
         ),
