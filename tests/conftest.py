@@ -3,9 +3,11 @@
 import os
 import tempfile
 
+from worm_msgs_py.network import Reach, dds_settings
+
 # Before rclpy is imported: read once, at import.
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "OFF"
+os.environ.update(dds_settings(Reach.OWN))
 os.environ.setdefault("ROS_LOG_DIR", tempfile.mkdtemp(prefix="worm-test-log-"))
 
 import pytest

@@ -1,6 +1,8 @@
 """Watch the rig through the whole graph, a process a node, on a full ROS 2 installation.
 
 ros2 launch worm_bringup live.launch.py camera:=/dev/video0 record:=/path/to/a/new/bag
+
+Other machines hear it only where ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET is set (docs/network.md).
 """
 
 from launch import LaunchDescription

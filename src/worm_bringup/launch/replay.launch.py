@@ -1,6 +1,8 @@
 """Replay a bag through the whole graph, a process a node, on a full ROS 2 installation.
 
 ros2 launch worm_bringup replay.launch.py bag:=/path/to/bag out:=/path/to/an/empty/directory
+
+Other machines hear it only where ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET is set (docs/network.md).
 """
 
 from launch import LaunchDescription

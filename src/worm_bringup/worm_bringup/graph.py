@@ -11,8 +11,9 @@ from rclpy.node import Node
 from threadpoolctl import threadpool_limits
 
 from worm_bringup.checkpoints import Checkpoints
-from worm_bringup.isolation import keep_freed_memory, own_context
+from worm_bringup.isolation import alone_on_their_names, keep_freed_memory, own_context
 from worm_bringup.node_spec import NodeSpec
+from worm_msgs_py.network import Reach
 from worm_msgs_py.running import stop_on_signals
 from worm_tracker.source_node import SourceNode, drain, spin_source, until_stopped
 
@@ -61,7 +62,7 @@ def run_in_process(
     nodes: Sequence[NodeSpec],
     progress: Progress | None = None,
     *,
-    visible: bool = False,
+    reach: Reach = Reach.OWN,
     namespace: str = "",
     checkpoints: Checkpoints | None = None,
 ) -> RunResult:
@@ -81,23 +82,25 @@ def run_in_process(
         attribute `missing` why they are not.
     progress : callable, optional
         Called after every frame.
-    visible : bool
-        Let other programs see the graph (see `isolation.own_context`).
+    reach : Reach
+        Who can see the graph (see `isolation.own_context`).
     checkpoints : Checkpoints, optional
         Go on from one, and make them while it runs.
 
     Raises
     ------
     BadInput
-        From a node, when it is made or in a callback.
+        From a node, when it is made or in a callback; or another graph has the names of this one.
     """
     keep_freed_memory()
     with (
-        own_context(visible=visible) as context,
+        own_context(reach) as context,
         threadpool_limits(1),  # BLAS threads wait for each other longer than our products take
         ExitStack() as stack,
         stop_on_signals() as stop,
     ):
+        names = [spec.name for spec in (source, *nodes)]
+        stack.enter_context(alone_on_their_names(context, reach, namespace, names))
         executor = SingleThreadedExecutor(context=context)
         stack.callback(executor.shutdown)
         made: list[Node] = []

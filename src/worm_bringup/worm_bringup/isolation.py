@@ -4,12 +4,22 @@ import ctypes
 import os
 import socket
 import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 
 import rclpy
 from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+
+from worm_msgs_py import topics
+from worm_msgs_py.claims import claim, full_name, in_use
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.network import Reach, dds_settings, environment
+from worm_msgs_py.running import TICK_S
+from worm_msgs_py.text import printable
 
 # glibc's malloc.h, and what the parameters are set to.
 _M_TRIM_THRESHOLD, _M_TOP_PAD, _M_MMAP_THRESHOLD = -1, -2, -3
@@ -19,24 +29,13 @@ _GIBIBYTE = 1 << 30
 # range that Linux gives to outgoing connections. A participant uses the 10th and 11th port and
 # two more for each participant before it, so nobody uses the last one.
 _DOMAINS = range(1, 102)
+_LAST_DOMAIN = 232
 _FIRST_PORT = 7400
 _PORTS_PER_DOMAIN = 250
 _PARTICIPANTS = 20
 
-
-@contextmanager
-def environment(**values: str) -> Iterator[None]:
-    """Set environment variables for as long as the block runs."""
-    before = {name: os.environ.get(name) for name in values}
-    os.environ.update(values)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
+_DISCOVERY_S = 4.0
+"""A participant announces itself at its start and then every three seconds (Fast DDS)."""
 
 
 @contextmanager
@@ -57,23 +56,71 @@ def own_logs() -> Iterator[str]:
 
 
 @contextmanager
-def own_context(*, visible: bool = False) -> Iterator[Context]:
-    """Give a context whose nodes see each other and nobody else.
+def own_context(reach: Reach = Reach.OWN) -> Iterator[Context]:
+    """Give a context whose nodes see each other, and are seen as far as `reach` says.
 
-    Parameters
-    ----------
-    visible : bool
-        Let the graph be seen by other programs (Foxglove, ``ros2 topic``), as the variables
-        ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE of the environment say.
+    A graph that others can see applies ROS_DOMAIN_ID, and a Fast DDS profile that the user has set.
+
+    Raises
+    ------
+    BadInput
+        ROS refuses the environment: a domain out of range, a keystore that is not there.
     """
     context = Context()
-    reach = {} if visible else {"ROS_AUTOMATIC_DISCOVERY_RANGE": "OFF"}
-    with own_logs(), environment(**reach):
-        rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    with own_logs(), environment(**dds_settings(reach, heed_profile=reach is not Reach.OWN)):
         try:
+            rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+        except RuntimeError as error:  # rclpy's RCLError
+            raise BadInput(f"ROS does not start: {printable(error)}") from None
+        try:
+            _check_domain(context.get_domain_id())
             yield context
         finally:
             rclpy.try_shutdown(context=context)
+
+
+def _check_domain(domain: int) -> None:
+    """Refuse a domain whose ports do not exist: Fast DDS would end the process."""
+    if domain > _LAST_DOMAIN:
+        raise BadInput(f"ROS_DOMAIN_ID={domain}: it is a number from 0 to {_LAST_DOMAIN}")
+
+
+@contextmanager
+def alone_on_their_names(
+    context: Context, reach: Reach, namespace: str, nodes: Iterable[str]
+) -> Iterator[None]:
+    """Hold the names of a graph's nodes where others can see it.
+
+    On this machine the lock is sure; on the network whoever is there already is found within the
+    time that discovery takes.
+
+    Raises
+    ------
+    BadInput
+        Another graph has these names.
+    """
+    domain = context.get_domain_id()
+    names = [] if reach is Reach.OWN else [full_name(namespace, node) for node in nodes]
+    with claim(domain, names):
+        if reach is Reach.NETWORK:
+            _refuse_where_others_track(context, domain, namespace)
+        yield
+
+
+def _refuse_where_others_track(context: Context, domain: int, namespace: str) -> None:
+    probe = Node("probe", context=context, namespace=namespace, start_parameter_services=False)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(probe)
+    try:
+        until_s = time.monotonic() + _DISCOVERY_S
+        while time.monotonic() < until_s:
+            executor.spin_once(timeout_sec=TICK_S)
+            if probe.count_publishers(topics.WORM_STATE):
+                graph = f"a graph with the topic {full_name(namespace, topics.WORM_STATE)}"
+                raise BadInput(in_use(domain, graph))
+    finally:
+        executor.shutdown()
+        probe.destroy_node()
 
 
 @contextmanager

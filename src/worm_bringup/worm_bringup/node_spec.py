@@ -9,10 +9,12 @@ from typing import Any
 import yaml
 from rclpy.context import Context
 from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.text import printable
 from worm_msgs_py.worm_node import refuse_unknown_parameters
 
 
@@ -53,6 +55,8 @@ class NodeSpec:
             )
         except InvalidParameterTypeException as error:
             raise BadInput(f"node {self.name}: {error}") from None
+        except rclpy_implementation.RCLError as error:  # such as keys that cannot be used
+            raise BadInput(f"node {self.name} cannot be made: {printable(error)}") from None
         try:
             refuse_unknown_parameters(node)
         except BadInput:

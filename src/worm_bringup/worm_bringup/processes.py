@@ -11,14 +11,15 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
-from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
 from worm_bringup.graph import Progress, RunResult
 from worm_bringup.isolation import free_domain
 from worm_bringup.node_spec import NodeSpec
+from worm_msgs_py.claims import claim, full_name
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.network import Reach, dds_settings
 from worm_msgs_py.running import TICK_S, stop_on_signals
 
 _END_S = 0.5
@@ -43,8 +44,10 @@ class NodeProcess:
     ) -> None:
         self.name = spec.name
         parameters = folder / f"{spec.name}.yaml"
+        parameters.touch(mode=0o600)
         parameters.write_text(spec.to_yaml(), encoding="utf-8")
-        command = [sys.executable, "-m", "worm_bringup.node_process"]
+        # -P: what lies in the working directory is not imported.
+        command = [sys.executable, "-P", "-m", "worm_bringup.node_process"]
         # A session of its own: Ctrl-C in the terminal reaches the parent alone, which tells it.
         self.process = subprocess.Popen(
             [*command, spec.module, spec.name, str(parameters), namespace],
@@ -119,14 +122,15 @@ def run_in_processes(
         A node failed (its traceback is on stderr), or found no peer.
     """
     with ExitStack() as stack:
-        profile = stack.enter_context(as_file(files("worm_bringup") / "fastdds.xml"))
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="worm-graph-")))
+        domain = stack.enter_context(free_domain())
+        names = [full_name(namespace, spec.name) for spec in (source, *nodes)]
+        stack.enter_context(claim(domain, names))
         environment = {
             **os.environ,
             "ROS_LOG_DIR": os.environ.get("ROS_LOG_DIR", str(folder)),
-            "ROS_DOMAIN_ID": str(stack.enter_context(free_domain())),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "FASTRTPS_DEFAULT_PROFILES_FILE": str(profile),
+            **dds_settings(Reach.MACHINE),
+            "ROS_DOMAIN_ID": str(domain),
         }
         stop = stack.enter_context(stop_on_signals())
         family = Family(stop, progress)

@@ -15,6 +15,7 @@ from worm_bringup.processes import run_in_processes
 from worm_bringup.provenance import fingerprint, provenance
 from worm_bringup.results_directory import results_directory
 from worm_model.inference.comparison import ModelParameters
+from worm_msgs_py.network import Reach
 from worm_msgs_py.running import finish_despite_signals, stop_on_signals
 from worm_tracker.parameters import TrackerParameters
 
@@ -88,7 +89,7 @@ def run_graph(
     progress: Progress | None = None,
     *,
     processes: bool = False,
-    visible: bool = False,
+    reach: Reach = Reach.OWN,
     checkpoints: Checkpoints | None = None,
 ) -> RunResult:
     """Run a trial's graph, recording into the empty directory `out` where there is one.
@@ -96,9 +97,9 @@ def run_graph(
     Parameters
     ----------
     processes : bool
-        Give each node a process of its own; such a graph is never visible.
-    visible : bool
-        Let other programs see the graph.
+        Give each node a process of its own; such a graph keeps to itself.
+    reach : Reach
+        Who can see the graph.
     checkpoints : Checkpoints, optional
         Go on from one, and make them while the graph runs; not with `processes`.
     """
@@ -109,7 +110,7 @@ def run_graph(
         trial.source,
         nodes,
         progress,
-        visible=visible,
+        reach=reach,
         namespace=trial.namespace,
         checkpoints=checkpoints,
     )
@@ -121,7 +122,7 @@ def run_trial(
     progress: Progress | None = None,
     *,
     processes: bool = False,
-    visible: bool = False,
+    reach: Reach = Reach.OWN,
     live: bool = False,
     checkpoints: Checkpoints | None = None,
 ) -> tuple[RunResult, Path]:
@@ -154,7 +155,7 @@ def run_trial(
             partial,
             progress,
             processes=processes,
-            visible=visible,
+            reach=reach,
             checkpoints=checkpoints,
         )
         if not result.complete or result.frames == 0:

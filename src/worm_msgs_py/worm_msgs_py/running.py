@@ -4,7 +4,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from types import FrameType
 
 import rclpy
@@ -13,7 +13,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from worm_msgs_py.claims import claim
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.network import Reach, dds_settings, environment, reach_of_a_lone_node
 from worm_msgs_py.text import printable
 from worm_msgs_py.worm_node import refuse_unknown_parameters
 
@@ -92,19 +94,34 @@ def _handling(handler: Callable[[int, FrameType | None], None]) -> Iterator[None
             signal.signal(number, earlier)
 
 
-def start_rclpy(args: list[str] | None) -> None:
-    """Start rclpy without its signal handlers.
+@contextmanager
+def ros_of_a_lone_node(args: list[str] | None) -> Iterator[Reach]:
+    """Start rclpy's default context for one node, and end it; give who can hear the node.
 
     Raises
     ------
     BadInput
         The command line, or a parameter file that it names, cannot be read.
     """
-    try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    except RuntimeError as error:
-        why = str(error).split(", at ")[0].removeprefix("failed to initialize rcl: ")
-        raise BadInput(f"--ros-args cannot be used: {why}") from None
+    reach = reach_of_a_lone_node()
+    with environment(**dds_settings(reach, heed_profile=True)):
+        try:
+            rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        except RuntimeError as error:
+            why = str(error).split(", at ")[0].removeprefix("failed to initialize rcl: ")
+            raise BadInput(f"--ros-args cannot be used: {why}") from None
+        try:
+            yield reach
+        finally:
+            rclpy.try_shutdown()
+
+
+@contextmanager
+def alone_on_its_name(node: Node, reach: Reach) -> Iterator[None]:
+    """Hold a lone node's name where others can hear it (see `claims.claim`)."""
+    names = [] if reach is Reach.OWN else [node.get_fully_qualified_name()]
+    with claim(node.context.get_domain_id(), names):
+        yield
 
 
 def run_alone(
@@ -128,12 +145,12 @@ def run_alone(
     int
         The process's exit status: 0, or 2 where the node refused (one line on stderr).
     """
-    node = None
     try:
-        start_rclpy(args)
-        with stop_on_signals() as stop:
+        with ros_of_a_lone_node(args) as reach, stop_on_signals() as stop, ExitStack() as stack:
             node = make()
+            stack.callback(node.destroy_node)
             refuse_unknown_parameters(node)
+            stack.enter_context(alone_on_its_name(node, reach))
             executor = SingleThreadedExecutor()
             executor.add_node(node)
             while not stop.is_set():
@@ -141,8 +158,4 @@ def run_alone(
     except (*refusals, InvalidParameterTypeException) as error:
         print(printable(error), file=sys.stderr)
         return _REFUSED
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
     return 0

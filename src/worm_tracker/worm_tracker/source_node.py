@@ -4,9 +4,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any, ClassVar
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor, TimeoutException
@@ -18,7 +18,12 @@ from worm_msgs_py.errors import BadInput
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, RESULT
-from worm_msgs_py.running import TICK_S, start_rclpy, stop_on_signals
+from worm_msgs_py.running import (
+    TICK_S,
+    alone_on_its_name,
+    ros_of_a_lone_node,
+    stop_on_signals,
+)
 from worm_msgs_py.text import printable
 from worm_msgs_py.worm_node import WormNode, refuse_unknown_parameters
 
@@ -256,10 +261,11 @@ def run_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> 
         The process's exit status: 0 whole, 1 interrupted, 2 bad input (one line on stderr).
     """
     try:
-        start_rclpy(args)
-        with stop_on_signals() as stop:
+        with ros_of_a_lone_node(args) as reach, stop_on_signals() as stop, ExitStack() as stack:
             source = make()
+            stack.callback(source.destroy_node)
             refuse_unknown_parameters(source)
+            stack.enter_context(alone_on_its_name(source, reach))
             executor = SingleThreadedExecutor()
             executor.add_node(source)
             while not stop.is_set() and not source.is_watched:
@@ -268,10 +274,7 @@ def run_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> 
             ended = spin_source(executor, source, keep_on, heed_window=True)
             while not stop.is_set() and source.window > 0 and source.in_flight > 0:
                 executor.spin_once(timeout_sec=TICK_S)  # the latched end must be there to be read
-            source.destroy_node()
             return 0 if ended else 1
     except (BadInput, InvalidParameterTypeException) as error:
         print(printable(error), file=sys.stderr)
         return 2
-    finally:
-        rclpy.try_shutdown()

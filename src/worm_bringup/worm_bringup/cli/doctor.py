@@ -35,18 +35,12 @@ def _python() -> str:
 
 
 def _rclpy() -> str:
-    import rclpy
-    from rclpy.context import Context
-    from rclpy.signals import SignalHandlerOptions
+    from rclpy.utilities import get_rmw_implementation_identifier
 
-    context = Context()
-    rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        from rclpy.utilities import get_rmw_implementation_identifier
+    from worm_bringup.isolation import own_context
 
+    with own_context():
         rmw = get_rmw_implementation_identifier()
-    finally:
-        rclpy.shutdown(context=context)
     return f"{version('ros-jazzy-rclpy')}, {rmw}"
 
 

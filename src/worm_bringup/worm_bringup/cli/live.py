@@ -66,11 +66,12 @@ def live(
         bool,
         typer.Option(
             "--private",
-            help="Hide the graph from other programs; otherwise Foxglove and ros2 topic see it "
-            "(ROS_DOMAIN_ID applies).",
+            help="Hide the graph from other programs; otherwise Foxglove and ros2 topic on this "
+            "machine see it (ROS_DOMAIN_ID applies).",
             rich_help_panel="The graph",
         ),
     ] = False,
+    network: options.Network = False,
     namespace: options.Namespace = "",
 ) -> None:
     """Track and analyse while the camera films; Ctrl-C ends the trial in good order.
@@ -81,6 +82,7 @@ def live(
     check_apart({"--out": out, "--record": record}, film)
     if out is not None:
         check_out(out)
+    reach = options.reach(visible=not private, network=network, otherwise="leave out --private")
     parameters: dict[str, Any] = {"camera": camera, "reconnect": reconnect_s}
     if record is not None:
         parameters["record"] = str(record)
@@ -106,9 +108,9 @@ def live(
     )
     with progress_bar("live") as progress:
         if out is not None:
-            result, report = run_trial(trial, out, progress, visible=not private, live=True)
+            result, report = run_trial(trial, out, progress, reach=reach, live=True)
         else:
-            result, report = run_graph(trial, None, progress, visible=not private), None
+            result, report = run_graph(trial, None, progress, reach=reach), None
     if not result.complete or result.frames == 0:
         raise Incomplete(result)
     if report is not None:

@@ -11,6 +11,8 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli.numbers import number, numbers
 from worm_bringup.cli.usage import refuse_together, refuse_without
 from worm_msgs_py import limits
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.network import Reach
 from worm_tracker.bag_scan.decompression import CHUNK_MIB
 from worm_tracker.parameters import Polarity, TrackerParameters
 from worm_tracker.pictures import MEGAPIXELS
@@ -122,6 +124,15 @@ Processes = Annotated[
     bool,
     typer.Option("--processes", help="A process for each node.", rich_help_panel=_GRAPH),
 ]
+Network = Annotated[
+    bool,
+    typer.Option(
+        "--network",
+        help="Let other machines see the graph too, as ROS_* of the environment says "
+        "(docs/network.md).",
+        rich_help_panel=_GRAPH,
+    ),
+]
 Namespace = Annotated[
     str,
     typer.Option(
@@ -146,6 +157,21 @@ MaxMegapixels = Annotated[
         rich_help_panel=_DAMAGE,
     ),
 ]
+
+
+def reach(*, visible: bool, network: bool, otherwise: str) -> Reach:
+    """Return who can see the graph.
+
+    Raises
+    ------
+    BadInput
+        Where a hidden graph is to be opened to the network; `otherwise` is what to do.
+    """
+    if network and not visible:
+        raise BadInput(f"--network opens a graph that others can see: {otherwise}")
+    if network:
+        return Reach.NETWORK
+    return Reach.MACHINE if visible else Reach.OWN
 
 
 def tracker_parameters(

@@ -86,11 +86,12 @@ def replay(
         bool,
         typer.Option(
             "--visible",
-            help="Let other programs see the graph (ROS_DOMAIN_ID applies); otherwise it keeps "
-            "to itself.",
+            help="Let other programs on this machine see the graph (ROS_DOMAIN_ID applies); "
+            "otherwise it keeps to itself.",
             rich_help_panel="The graph",
         ),
     ] = False,
+    network: options.Network = False,
     namespace: options.Namespace = "",
     salvage: Annotated[
         bool,
@@ -121,6 +122,7 @@ def replay(
         raise BadInput(
             "--processes keeps to a ROS domain of its own: leave out --visible, or --processes"
         )
+    reach = options.reach(visible=visible, network=network, otherwise="add --visible")
     player: dict[str, Any] = {
         "bag": str(bag),
         "topic": topic,
@@ -179,7 +181,7 @@ def replay(
     try:
         with progress_bar(bag.name) as progress:
             result, report = run_trial(
-                trial, out, progress, processes=processes, visible=visible, checkpoints=checkpoints
+                trial, out, progress, processes=processes, reach=reach, checkpoints=checkpoints
             )
     except Incomplete as error:
         if checkpoints is not None and checkpoints.saved is not None:
