@@ -10,6 +10,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from picture_bags import TYPESTORE, storage_file
+from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from stopped_replays import differing, replay, results, trial_of
 
 from worm_bringup.checkpoints import CheckpointFolder
@@ -91,6 +93,30 @@ def test_a_coil_gives_the_same_results(tmp_path):
     assert differing(results(tmp_path / "out"), results(tmp_path / "whole")) == []
 
 
+def damaged(film, path):
+    """Write a film anew with three messages that are cut, and cut the file behind its middle."""
+    with Reader(film) as reader, Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
+        topic = None
+        for number, (read, stamp_ns, raw) in enumerate(reader.messages()):
+            topic = topic or bag.add_connection(read.topic, read.msgtype, typestore=TYPESTORE)
+            bag.write(topic, stamp_ns, raw[: len(raw) // 2] if number in (7, 8, 9) else raw)
+    file = storage_file(path)
+    file.write_bytes(file.read_bytes()[: file.stat().st_size * 4 // 5])
+    return file
+
+
+def test_a_salvaged_bag_with_bad_messages_gives_the_same_results(film, tmp_path):
+    trial = trial_of(damaged(film, tmp_path / "bag"), salvage=True)
+    replay(trial, tmp_path / "whole")
+    whole = results(tmp_path / "whole")
+    kinds = {event["kind"] for event in json.loads(whole["summary.json"])["source_events"]}
+    assert {"bad_message", "lost"} <= kinds
+    for stop in (3, 8, 9, 14):  # before, within and after the bad ones
+        replay(trial, tmp_path / "out", stop_at=stop, resume=stop > 3)
+    replay(trial, tmp_path / "out", resume=True)
+    assert differing(results(tmp_path / "out"), whole) == []
+
+
 KILLED = """
 import sys
 from pathlib import Path
@@ -167,7 +193,10 @@ def test_where_there_is_nothing_to_resume_it_says_so_and_begins(film, whole, tmp
     ("other", "line"),
     [
         ({"tracker": {"radius_m": 0.02}}, r"parameters\.tracker\.radius_m was 0\.01, and is 0\.02"),
-        ({"playback_duration": 1.0}, r"source\.playback_duration was None, and is 1\.0"),
+        (
+            {"playback_duration": 1.0},
+            r"parameters\.player\.playback_duration was None, and is 1\.0",
+        ),
     ],
 )
 def test_the_checkpoint_of_another_replay_is_not_resumed(film, tmp_path, other, line):

@@ -19,6 +19,9 @@ from worm_msgs_py.network import Reach
 from worm_msgs_py.running import finish_despite_signals, stop_on_signals
 from worm_tracker.parameters import TrackerParameters
 
+_CHANGES_NO_RESULT = ("bag", "rate", "start_paused", "window")
+"""Parameters of the player; the bag's content stands in the origin."""
+
 
 class Incomplete(RuntimeError):  # noqa: N818 (it is what the result is)
     """A run ended before its results were whole; nothing was left behind."""
@@ -70,7 +73,8 @@ class Trial:
     @property
     def fingerprint(self) -> Any:
         """All that the bytes of the results depend on."""
-        return fingerprint(self.origin, self._parameters())
+        player = {k: v for k, v in self.source.parameters.items() if k not in _CHANGES_NO_RESULT}
+        return fingerprint(self.origin, self._parameters() | {"player": player})
 
     def _provenance(self) -> Any:
         return provenance(self.origin, self._parameters())

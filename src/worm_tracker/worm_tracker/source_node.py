@@ -61,7 +61,14 @@ class SourceNode(WormNode):
         Why the source ended before its time; empty where it did not.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("sent", "_taken", "_given", "_recorded", "_ledger.sent")
+    STATE: ClassVar[tuple[str, ...]] = (
+        "sent",
+        "ended_early",
+        "_taken",
+        "_given",
+        "_recorded",
+        "_ledger.sent",
+    )
     endless = False
 
     def __init__(self, **node_arguments: Any) -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 from rich.table import Table
 
 from worm_bringup.cli.model_compare import compare
 from worm_bringup.cli.numbers import number
-from worm_bringup.cli.terminal import Terminal, say
 from worm_model.boundary_walk.figures import write_figure
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
@@ -133,7 +133,7 @@ def solve(
         document = summary.document()
         typer.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
     else:
-        Terminal().print(_table(summary))
+        Console().print(_table(summary))
 
 
 @model.command()
@@ -153,7 +153,7 @@ def figure(
         raise BadInput(str(error)) from None
     except OSError as error:
         raise BadInput(f"{out}: cannot be written: {error.strerror}") from None
-    say(f"Figure: {out}")
+    typer.echo(f"Figure: {out}")
 
 
 def _start(

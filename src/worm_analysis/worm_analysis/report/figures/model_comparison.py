@@ -5,7 +5,6 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup, escape
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from worm_analysis.report.numbers import plain, value
@@ -63,8 +62,8 @@ def verdict_in_words(rows: list[Row]) -> list[tuple[str, list[str]]]:
     ]
 
 
-def parameters_written(results: Results) -> list[Markup]:
-    """Return each parameter of the walk in words; metres as millimetres.
+def parameters_written(results: Results) -> list[str]:
+    """Return each parameter of the walk in words (HTML); metres as millimetres.
 
     A parameter named ``NAME_is_measured`` says whether NAME is the trial's own; one that is 0 or 1
     and names a rule or a choice is written as such.
@@ -72,7 +71,7 @@ def parameters_written(results: Results) -> list[Markup]:
     if results.comparison is None:
         return []
     return [
-        Markup("{} = {}").format(_words(name), _with_unit(name, number))
+        f"{_words(name)} = {_with_unit(name, number)}"
         for name, number in results.comparison.parameters
         if not name.endswith(IS_MEASURED) and not (name.startswith("rule_") and number == 0)
     ]
@@ -89,14 +88,14 @@ def origins(results: Results) -> tuple[list[str], list[str]]:
     return [name for name in flags if flags[name]], [name for name in flags if not flags[name]]
 
 
-def _words(name: str) -> Markup:
+def _words(name: str) -> str:
     for suffix in (*UNITS, ""):
         if name.endswith(suffix):
             bare = name.removesuffix(suffix)
             break
     if bare.startswith("rule_"):
-        return Markup("reversal counted")
-    return Markup("<i>{}</i>").format(bare) if len(bare) == 1 else escape(bare.replace("_", " "))
+        return "reversal counted"
+    return f"<i>{bare}</i>" if len(bare) == 1 else bare.replace("_", " ")
 
 
 def _with_unit(name: str, number: float) -> str:
