@@ -16,6 +16,7 @@ from stopped_replays import differing, replay, results, trial_of
 
 from worm_bringup.checkpoints import CheckpointFolder
 from worm_bringup.cli import main
+from worm_bringup.trial import Incomplete
 from worm_model.simulator.film import write_film
 from worm_model.simulator.scenes import Take, bumped_camera, coil
 from worm_msgs_py.errors import BadInput
@@ -152,6 +153,21 @@ def test_a_replay_that_is_killed_at_random_moments_gives_the_same_results(film, 
     assert differing(results(out), whole) == []
 
 
+def test_a_stop_while_a_replay_is_set_up_again_costs_nothing(film, whole, tmp_path):
+    out, trial = tmp_path / "out", trial_of(film)
+    replay(trial, out, stop_at=8)
+    before = left(out)
+
+    def stop_at_once(line):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(Incomplete):
+        replay(trial, out, resume=True, say=stop_at_once)
+    assert left(out) == before
+    assert replay(trial, out, resume=True) == ["going on after 8 of 24 frames"]
+    assert differing(results(out), whole) == []
+
+
 def test_what_a_killed_run_left_half_written_is_passed_over(film, whole, tmp_path):
     out, trial = tmp_path / "out", trial_of(film)
     replay(trial, out, stop_at=8)
@@ -226,7 +242,9 @@ def test_a_damaged_checkpoint_is_refused_in_one_line(film, tmp_path, name, harm)
     file.write_bytes(file.read_bytes()[:-20])
     if harm == "gone" and name != "manifest.json":
         file.unlink()
-    with pytest.raises(BadInput, match="leave out --resume to begin anew") as caught:
+    with pytest.raises(
+        BadInput, match=r"^\S+: this checkpoint .*leave out --resume to begin anew$"
+    ) as caught:
         replay(trial_of(film), out, resume=True)
     assert "\n" not in str(caught.value)
 
@@ -251,7 +269,7 @@ def test_a_checkpoint_that_others_could_have_written_is_never_read(film, tmp_pat
     out = tmp_path / "out"
     replay(trial_of(film), out, stop_at=5)
     change(CheckpointFolder(out).path)
-    with pytest.raises(BadInput, match="is not a folder of yours alone"):
+    with pytest.raises(BadInput, match=r"^\S+: is not a folder of yours alone"):
         replay(trial_of(film), out, resume=True)
 
 

@@ -38,6 +38,8 @@ class RunResult:
     ended_early : str
         Why the source ended before its time; empty where it did not. The results are whole up to
         there.
+    earlier : int
+        Of these frames, those that an earlier run had sent which this one went on with.
     elapsed_s : float
         From the first frame to the last result.
     spent_s : dict
@@ -55,6 +57,7 @@ class RunResult:
     spent_s: dict[str, float] = field(default_factory=dict)
     counts: dict[str, str] = field(default_factory=dict)
     ended_early: str = ""
+    earlier: int = 0
 
 
 def run_in_process(
@@ -136,7 +139,8 @@ def _run(
 
     drain(executor, spent_s)  # what nodes have published as they were made
     if checkpoints is not None:
-        checkpoints.begin(nodes)
+        checkpoints.begin(nodes, goes_on)
+    earlier = source.sent
     began_s = time.perf_counter()
     ended = spin_source(executor, source, keep_on, heed_window=False, spent_s=spent_s)
     drain(executor, spent_s)
@@ -150,6 +154,7 @@ def _run(
     )
     return RunResult(
         frames=source.sent,
+        earlier=earlier,
         complete=ended and not late,
         interrupted=not ended,
         missing=missing,

@@ -71,8 +71,14 @@ class Checkpoints:
         self._next_s = 0.0
         self.saved: Manifest | None = None
 
-    def begin(self, nodes: Sequence[Node]) -> None:
+    def begin(self, nodes: Sequence[Node], keep_on: Callable[[], bool]) -> None:
         """Take the nodes of a graph that is at rest, and set them up where that was asked for.
+
+        Parameters
+        ----------
+        keep_on : callable
+            Asked again and again; where it says False the graph is left half set up, which the
+            checkpoint outlives.
 
         Raises
         ------
@@ -81,7 +87,8 @@ class Checkpoints:
         """
         graph = _graph(nodes)
         if self._resume:
-            self._restore(graph)
+            if not self._restore(graph, keep_on):
+                return
         else:
             self._tell_of_another()
         graph.recorder.journal = []
@@ -126,24 +133,27 @@ class Checkpoints:
             if there is None or there.fingerprint == self._fingerprint:
                 self._folder.remove()
 
-    def _restore(self, graph: _Graph) -> None:
+    def _restore(self, graph: _Graph, keep_on: Callable[[], bool]) -> bool:
         manifest = self._folder.manifest()
         if manifest is None:
             self._say("there is no checkpoint to go on from: the replay starts at the beginning")
-            return
+            return True
         changed = _difference(manifest.fingerprint, self._fingerprint)
         if changed:
             raise BadInput(
                 f"{self._folder.path}: is the checkpoint of another replay ({changed}): give the "
                 "bag and the options that it was begun with, or leave out --resume to begin anew"
             )
+        self.saved = manifest
+        self._say(f"going on after {_so_many(manifest)} frames")
         states = self._folder.states(manifest)
         for journal in self._folder.messages(manifest):
+            if not keep_on():
+                return False
             graph.recorder.take_again(journal)
         for node in graph.others:
             node.restore(states[node.get_name()])
-        self.saved = manifest
-        self._say(f"going on after {_so_many(manifest)} frames")
+        return True
 
     def _tell_of_another(self) -> None:
         there = None

@@ -14,6 +14,7 @@ manifest names whole files. The pickles are read only from a folder that is this
 nobody else can write into or read.
 """
 
+import errno
 import hashlib
 import json
 import os
@@ -91,18 +92,18 @@ class CheckpointFolder:
             The folder is not ours alone, or its manifest cannot be read.
         """
         try:
-            self._check_ours()
-            data = json.loads((self.path / _MANIFEST).read_text(encoding="utf-8"))
+            text = self._bytes(_MANIFEST)
         except FileNotFoundError:
             return None
-        except (OSError, ValueError) as error:
-            raise self._damaged(str(error)) from error
+        except OSError as error:
+            raise self._damaged(f"{_MANIFEST}: {error.strerror}") from error
         try:
+            data = json.loads(text)
             if data.pop("format") != _FORMAT:
                 raise self._damaged("it was made by another version of this software")
             messages = tuple(Stored(**item) for item in data.pop("messages"))
             return Manifest(state=Stored(**data.pop("state")), messages=messages, **data)
-        except (AttributeError, KeyError, TypeError) as error:
+        except (AttributeError, KeyError, TypeError, json.JSONDecodeError, UnicodeError) as error:
             raise self._damaged("its manifest is not one of ours") from error
 
     def states(self, manifest: Manifest) -> Any:
@@ -162,7 +163,7 @@ class CheckpointFolder:
         """Remove the checkpoint: the files that are ours, and the folder where it is empty then."""
         if not self.path.exists():
             return
-        self._check_ours()
+        self._check_ours(self.path.lstat())
         (self.path / _MANIFEST).unlink(missing_ok=True)  # first: the others alone are none
         self._remove_all_but(None)
         with suppress(OSError):
@@ -171,19 +172,15 @@ class CheckpointFolder:
     def _make(self) -> None:
         with suppress(FileExistsError):
             self.path.mkdir(mode=0o700)
-        self._check_ours()
+        self._check_ours(self.path.lstat())
 
-    def _check_ours(self) -> None:
-        about = self.path.lstat()
+    def _check_ours(self, about: os.stat_result) -> None:
         if (
             not stat.S_ISDIR(about.st_mode)
             or about.st_uid != os.geteuid()
             or stat.S_IMODE(about.st_mode) & 0o077
         ):
-            raise BadInput(
-                f"{self.path}: is not a folder of yours alone, as a checkpoint must be: move it "
-                "away, or choose another --out"
-            )
+            raise self._of_others()
 
     def _write(self, name: str, data: bytes) -> Stored:
         """Write a file whole or not at all, and wait until the disk has it."""
@@ -202,12 +199,36 @@ class CheckpointFolder:
 
     def _read(self, stored: Stored) -> bytes:
         try:
-            data = (self.path / stored.name).read_bytes()
+            data = self._bytes(stored.name)
         except OSError as error:
             raise self._damaged(f"{stored.name}: {error.strerror}") from error
         if hashlib.sha256(data).hexdigest() != stored.sha256:
             raise self._damaged(f"{stored.name} is not as it was written")
         return data
+
+    def _bytes(self, name: str) -> bytes:
+        """Read a file in the very folder that was found to be ours, whatever is renamed meanwhile.
+
+        Raises
+        ------
+        BadInput
+            The folder is not ours alone.
+        OSError
+            The folder or the file is not there, or cannot be read.
+        """
+        try:
+            folder = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+        except OSError as error:
+            if error.errno in (errno.ENOTDIR, errno.ELOOP):
+                raise self._of_others() from None
+            raise
+        try:
+            self._check_ours(os.fstat(folder))
+            handle = os.open(name, os.O_RDONLY | os.O_NOFOLLOW, dir_fd=folder)
+        finally:
+            os.close(folder)
+        with os.fdopen(handle, "rb") as stream:
+            return stream.read()
 
     def _remove_all_but(self, manifest: Manifest | None) -> None:
         kept = set()
@@ -216,6 +237,12 @@ class CheckpointFolder:
         for item in self.path.iterdir():
             if item.name not in kept and _OURS.fullmatch(item.name):
                 item.unlink(missing_ok=True)
+
+    def _of_others(self) -> BadInput:
+        return BadInput(
+            f"{self.path}: is not a folder of yours alone, as a checkpoint must be: move it away, "
+            "or choose another --out"
+        )
 
     def _damaged(self, why: str) -> BadInput:
         return BadInput(f"{self.path}: this checkpoint cannot be used ({why}): {_ANEW}")

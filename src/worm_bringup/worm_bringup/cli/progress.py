@@ -100,7 +100,8 @@ def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None
 def show_speed(result: RunResult) -> None:
     """Print the frames that were sent, how fast, and where the time went."""
     console = Console()
-    console.print(f"{result.frames} frames, {result.frames / max(result.elapsed_s, 1e-9):.0f} / s")
+    speed = (result.frames - result.earlier) / max(result.elapsed_s, 1e-9)
+    console.print(f"{result.frames} frames, {speed:.0f} / s")
     skipped = result.counts.get("frames skipped")
     if skipped is not None:
         captured = result.counts["frames captured"]
