@@ -178,6 +178,7 @@ def main() -> int:
     leash = Leash(os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8"))
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: leash.must_end.set())
     keep_freed_memory()
     threadpool_limits(1)  # as in one process: see graph.run_in_process

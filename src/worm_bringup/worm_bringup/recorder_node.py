@@ -3,8 +3,8 @@
 import json
 import sys
 from collections import Counter
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -144,6 +144,10 @@ class RecorderNode(WormNode):
         }
 
     def _take(self, topic: str, kind: type, data: bytes) -> None:
+        with _told_in_a_line():
+            self._write(topic, kind, data)
+
+    def _write(self, topic: str, kind: type, data: bytes) -> None:
         self._received[topic] += 1
         reader = self._readers.get(topic)
         if reader is not None:
@@ -172,6 +176,11 @@ class RecorderNode(WormNode):
     def _finish_if_whole(self) -> None:
         if self._done or self._frames is None or self.missing:
             return
+        with _told_in_a_line():
+            self._finish()
+
+    def _finish(self) -> None:
+        assert self._frames is not None
         self._recording.trial.frames_read = self._frames
         self._bag.close()
         if self._frames:  # a trial without one frame has no results
@@ -181,6 +190,18 @@ class RecorderNode(WormNode):
 
 def _senders(announced: dict[str, dict[str, int]], topic: str) -> str:
     return " and ".join(name for name, counts in announced.items() if topic in counts)
+
+
+@contextmanager
+def _told_in_a_line() -> Iterator[None]:
+    """Let a full disk be one line, also from a process of its own."""
+    try:
+        yield
+    except OSError as error:
+        why = error.strerror or " ".join(str(error).split())
+        raise BadInput(
+            f"the results cannot be written ({why}): make room, or choose another --out"
+        ) from error
 
 
 def _empty_directory(out: str) -> Path:

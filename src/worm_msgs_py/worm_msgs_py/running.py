@@ -81,6 +81,17 @@ def finish_despite_signals() -> Iterator[None]:
 
 
 @contextmanager
+def interrupted_by_signals() -> Iterator[None]:
+    """Let SIGTERM and SIGHUP do what Ctrl-C does, so that nothing half-written is left behind."""
+
+    def on_signal(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    with _handling(on_signal):
+        yield
+
+
+@contextmanager
 def _handling(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
     """Handle the signals that end a program, but SIGHUP only where it was not ignored."""
     numbers = [signal.SIGINT, signal.SIGTERM]

@@ -2,7 +2,6 @@
 
 import math
 import re
-import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 from worm_msgs_py import topics
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.frames import CAMERA
+from worm_msgs_py.whole_files import new_folder, refuse_existing
 from worm_tracker.picture_recorder import PictureRecorder
 from worm_tracker.pictures import COMPRESSED_TYPE
 
@@ -114,42 +114,46 @@ def import_film(
         Where `out` is there, the film has no times and `fps` is not given, its times do not
         increase, or its pictures cannot be read or differ in size.
     """
-    if out.exists():
-        raise BadInput(f"{out}: exists already; remove it or name another bag")
+    refuse_existing(out)
     if fps is None and not math.isfinite(film.fps):
         raise BadInput(f"{film.path}: has no times of its own; give its rate with --fps")
-    unfinished = out.with_name(f".{out.name}.part")
-    shutil.rmtree(unfinished, ignore_errors=True)
-    recorder = PictureRecorder(
-        unfinished / out.name, f"/{topics.IMAGE_COMPRESSED}", COMPRESSED_TYPE
-    )
-    first_ns, last_ns, shape = None, 0, None
-    try:
-        for number, (picture, time_ns) in enumerate(_pictures(film)):
-            if shape not in (None, picture.shape):
-                raise BadInput(
-                    f"{film.path}: picture {number} is of {_size(picture.shape)} pixels and those "
-                    f"before of {_size(shape)}; a trial has one size"
-                )
-            shape = picture.shape
-            offset_ns = time_ns if fps is None else round(number * 1e9 / fps)
-            if first_ns is None:
-                first_ns = offset_ns
-            elif start_ns + offset_ns - first_ns <= last_ns:
-                raise BadInput(
-                    f"{film.path}: its times do not increase (picture {number}); give --fps"
-                )
-            last_ns = start_ns + offset_ns - first_ns
-            recorder.write(last_ns, _message(picture, last_ns, jpeg_quality))
-            progress(recorder.count, max(film.frames, recorder.count))
-        recorder.close()
-        if not recorder.count:
-            raise BadInput(f"{film.path}: no picture in it can be read; does a player show it?")
-        (unfinished / out.name).replace(out)
-    finally:
-        recorder.close()
-        shutil.rmtree(unfinished, ignore_errors=True)
-    return Imported(recorder.count, (last_ns - start_ns) / 1e9)
+    with new_folder(out) as folder:
+        recorder = PictureRecorder(folder, f"/{topics.IMAGE_COMPRESSED}", COMPRESSED_TYPE)
+        try:
+            first_ns, last_ns = _write(film, recorder, fps, start_ns, jpeg_quality, progress)
+        finally:
+            recorder.close()
+    return Imported(recorder.count, (last_ns - first_ns) / 1e9)
+
+
+def _write(
+    film: Film,
+    recorder: PictureRecorder,
+    fps: float | None,
+    start_ns: int,
+    jpeg_quality: int | None,
+    progress: Callable[[int, int], None],
+) -> tuple[int, int]:
+    """Write the pictures; return the first stamp and the last."""
+    first_ns, last_ns, shape = None, start_ns, None
+    for number, (picture, time_ns) in enumerate(_pictures(film)):
+        if shape not in (None, picture.shape):
+            raise BadInput(
+                f"{film.path}: picture {number} is of {_size(picture.shape)} pixels and those "
+                f"before of {_size(shape)}; a trial has one size"
+            )
+        shape = picture.shape
+        offset_ns = time_ns if fps is None else round(number * 1e9 / fps)
+        if first_ns is None:
+            first_ns = offset_ns
+        elif start_ns + offset_ns - first_ns <= last_ns:
+            raise BadInput(f"{film.path}: its times do not increase (picture {number}); give --fps")
+        last_ns = start_ns + offset_ns - first_ns
+        recorder.write(last_ns, _message(picture, last_ns, jpeg_quality))
+        progress(recorder.count, max(film.frames, recorder.count))
+    if not recorder.count:
+        raise BadInput(f"{film.path}: no picture in it can be read; does a player show it?")
+    return start_ns, last_ns
 
 
 def _pictures(film: Film) -> Iterator[tuple[Picture, int]]:

@@ -16,6 +16,7 @@ from worm_model.simulator.film import write_film
 from worm_model.simulator.head_path import HeadPath, Walker
 from worm_model.simulator.rig import Body, Optics, Rig
 from worm_model.simulator.worm import midlines_mm, simulate_film
+from worm_msgs_py.errors import BadInput
 
 RIG = Rig(
     width_px=360, height_px=340, px_per_mm=15.0, centre_px=(170.4, 171.7), optics=Optics(noise=1.0)
@@ -122,7 +123,7 @@ def test_a_film_does_not_overwrite_and_leaves_no_half(tmp_path):
         write_film(bag, breaks())
     assert list(tmp_path.iterdir()) == []
     write_film(bag, simulate_film(RIG, Walker(), 0.2, 15.0))
-    with pytest.raises(FileExistsError, match="exists already"):
+    with pytest.raises(BadInput, match="exists already"):
         write_film(bag, simulate_film(RIG, Walker(), 0.2, 15.0))
 
 

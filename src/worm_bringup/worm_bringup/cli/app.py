@@ -11,6 +11,7 @@ from worm_bringup.cli.doctor import doctor
 from worm_bringup.cli.evaluate import evaluate
 from worm_bringup.cli.import_ import import_
 from worm_bringup.cli.live import live
+from worm_bringup.cli.lost_terminal import outliving_the_terminal
 from worm_bringup.cli.model import model
 from worm_bringup.cli.repair import repair
 from worm_bringup.cli.replay import replay
@@ -20,6 +21,7 @@ from worm_bringup.cli.usage import UsageFault, usage_line
 from worm_bringup.results_directory import Kept
 from worm_bringup.trial import EndedEarly, Incomplete
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.running import interrupted_by_signals
 from worm_msgs_py.text import printable
 
 BAD_INPUT = 2
@@ -47,6 +49,11 @@ def main() -> None:
     on stderr names where it is kept; 2 bad input, one line on stderr says what and what to do; 130
     interrupted.
     """
+    with outliving_the_terminal(), interrupted_by_signals():
+        _run()
+
+
+def _run() -> None:
     try:
         status = app(standalone_mode=False)
     except UsageFault as fault:
@@ -54,7 +61,7 @@ def main() -> None:
         if not line:  # the help was printed instead
             sys.exit(BAD_INPUT)
         _refuse(line)
-    except (BadInput, ReportError, FileExistsError) as error:
+    except (BadInput, ReportError) as error:
         _refuse(error)
     except Kept as error:
         print(f"worm: {printable(error)}", file=sys.stderr)

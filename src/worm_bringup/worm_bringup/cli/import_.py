@@ -9,6 +9,7 @@ import typer
 
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar
+from worm_bringup.output_rules import check_apart
 from worm_msgs_py.limits import FPS, JPEG_QUALITY
 from worm_tracker.video_import import import_film, open_film
 
@@ -37,6 +38,7 @@ def import_(
 
     Then: `worm replay OUT --out RESULTS`.
     """
+    check_apart({"--out": out}, {"the film": video})
     film = open_film(video)
     start_ns = 0 if start is None else round(start.timestamp() * 1e9)
     with progress_bar(video.name) as progress:

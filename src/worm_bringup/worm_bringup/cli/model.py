@@ -151,8 +151,6 @@ def figure(
         write_figure(out, rule, hop_may_land=hop_may_land)
     except ValueError as error:
         raise BadInput(str(error)) from None
-    except OSError as error:
-        raise BadInput(f"{out}: cannot be written: {error.strerror}") from None
     typer.echo(f"Figure: {out}")
 
 

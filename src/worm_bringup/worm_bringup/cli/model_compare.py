@@ -24,6 +24,7 @@ from worm_model.inference.required_reversal import paper_needs
 from worm_msgs_py import Comparison, ModelQuantity, NeededReversal, Quantity
 from worm_msgs_py.agreement import agreements
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.whole_files import new_file
 
 _MILLI = {"m": "mm", "m/s": "mm/s"}
 PAPER = "the paper's own numbers"
@@ -116,15 +117,9 @@ def _draw(case: Case, path: Path) -> None:
 
     if case.comparison is None or not case.comparison.needs:
         raise BadInput(f"{case.name}: no observation to draw: {case.why or 'nothing was measured'}")
-    unfinished = path.with_name(f".{path.stem}.part{path.suffix}")
-    try:
-        with style():
-            joint_figure(case.comparison.needs).savefig(unfinished, dpi=200)
-        unfinished.replace(path)
-    except OSError as error:
-        raise BadInput(f"{path}: cannot be written: {error.strerror}") from None
-    finally:
-        unfinished.unlink(missing_ok=True)
+    with new_file(path) as unfinished, style():
+        figure = joint_figure(case.comparison.needs)
+        figure.savefig(unfinished, format=path.suffix[1:], dpi=200)
 
 
 def _print(console: Console, case: Case) -> None:

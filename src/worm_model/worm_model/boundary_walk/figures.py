@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from worm_model.boundary_walk.first_passage import FirstPassage, SolvedWalk
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
+from worm_msgs_py.whole_files import new_file
 
 FIGURE_FORMATS = ".svg", ".png", ".pdf"
 REVERSALS = 0.35, 0.45, 0.55
@@ -64,6 +65,8 @@ def write_figure(path: Path, rule: ReversalRule, *, hop_may_land: bool = True) -
     ------
     ValueError
         Where the suffix is another, the rule is a rate, or there is no such directory.
+    BadInput
+        Where the file is there already, or cannot be written.
     """
     suffix = path.suffix.lower()
     if suffix not in FIGURE_FORMATS:
@@ -72,14 +75,9 @@ def write_figure(path: Path, rule: ReversalRule, *, hop_may_land: bool = True) -
         raise ValueError("rule rate: the paper gives a share of steps; use per_cycle or per_phase")
     if not path.parent.is_dir():
         raise ValueError(f"{path}: there is no directory {path.parent}; make it first")
-    temporary = path.with_name(f".{path.name}.partial")
-    try:
-        with mpl.rc_context(_STYLE):
-            figure = draw_figure(rule, hop_may_land=hop_may_land)
-            figure.savefig(temporary, format=suffix[1:], dpi=200, metadata=_METADATA[suffix])
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with new_file(path) as unfinished, mpl.rc_context(_STYLE):
+        figure = draw_figure(rule, hop_may_land=hop_may_land)
+        figure.savefig(unfinished, format=suffix[1:], dpi=200, metadata=_METADATA[suffix])
 
 
 def draw_figure(rule: ReversalRule, *, hop_may_land: bool = True) -> Figure:

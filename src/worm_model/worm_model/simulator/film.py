@@ -1,6 +1,5 @@
 """Writes a film as a rosbag2 folder, with the truth of its frames beside it."""
 
-import shutil
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 from worm_model.simulator.rig import TruthRow, write_truth
 from worm_msgs_py import topics
 from worm_msgs_py.frames import CAMERA
+from worm_msgs_py.whole_files import new_file, new_folder
 
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
 _COMPRESSED = "sensor_msgs/msg/CompressedImage"
@@ -66,12 +66,10 @@ def write_film(path: Path, film: Iterable[FilmFrame], *, jpeg_quality: int = 90)
 
     Raises
     ------
-    FileExistsError
-        Where the bag, or the truth of one, is there already.
+    BadInput
+        Where the bag, or the truth of one, is there already, or cannot be written.
     """
     truth = truth_path(path)
-    if truth.exists():
-        raise FileExistsError(f"{truth}: exists already; remove it or choose another name")
     rows: list[TruthRow] = []
 
     def encoded() -> Iterator[tuple[int, bytes]]:
@@ -79,8 +77,9 @@ def write_film(path: Path, film: Iterable[FilmFrame], *, jpeg_quality: int = 90)
             rows.append(frame.truth)
             yield frame.stamp_ns, encode_jpeg(frame.picture, jpeg_quality)
 
-    write_jpeg_bag(path, encoded())
-    write_truth(rows, truth)
+    with new_file(truth) as unfinished, new_folder(path) as folder:
+        _write_bag(folder, encoded())
+        write_truth(rows, unfinished)
     return truth
 
 
@@ -107,25 +106,19 @@ def write_jpeg_bag(path: Path, frames: Iterable[tuple[int, bytes]]) -> None:
 
     Raises
     ------
-    FileExistsError
-        Where `path` is there already.
+    BadInput
+        Where `path` is there already, or cannot be written.
     """
-    if path.exists():
-        raise FileExistsError(f"{path}: exists already; remove it or choose another name")
-    unfinished = path.with_name(f".{path.name}.part")
-    shutil.rmtree(unfinished, ignore_errors=True)
-    unfinished.mkdir(parents=True)
-    try:
-        with Writer(unfinished / path.name, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-            connection = writer.add_connection(
-                topics.IMAGE_COMPRESSED, _COMPRESSED, typestore=_TYPES
-            )
-            for stamp_ns, data in frames:
-                message = _compressed_image(stamp_ns, data)
-                writer.write(connection, stamp_ns, _TYPES.serialize_cdr(message, _COMPRESSED))
-        (unfinished / path.name).replace(path)
-    finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
+    with new_folder(path) as folder:
+        _write_bag(folder, frames)
+
+
+def _write_bag(folder: Path, frames: Iterable[tuple[int, bytes]]) -> None:
+    with Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        connection = writer.add_connection(topics.IMAGE_COMPRESSED, _COMPRESSED, typestore=_TYPES)
+        for stamp_ns, data in frames:
+            message = _compressed_image(stamp_ns, data)
+            writer.write(connection, stamp_ns, _TYPES.serialize_cdr(message, _COMPRESSED))
 
 
 def _compressed_image(stamp_ns: int, data: bytes) -> object:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from worm_model.simulator.rig.body import Body
 from worm_model.simulator.rig.drawing import Coverage, worm_coverage
 from worm_model.simulator.rig.geometry import Rig
+from worm_msgs_py.whole_files import whole_file
 
 CONTACT_FACTOR = 0.3
 """Contact: R − r_h < 0.3·d_w (docs/science.md)."""
@@ -128,9 +129,8 @@ def write_truth(rows: Iterable[TruthRow], path: Path) -> None:
     for part in np.split(np.arange(len(table)), starts):
         for index, value in zip(part, np.unwrap(theta[part]), strict=True):
             table[index]["theta_h_rad"] = float(value)
-    unfinished = path.with_name(path.name + ".part")
-    pq.write_table(pa.Table.from_pylist(table, schema=SCHEMA), unfinished, compression="zstd")
-    unfinished.replace(path)
+    with whole_file(path) as unfinished:
+        pq.write_table(pa.Table.from_pylist(table, schema=SCHEMA), unfinished, compression="zstd")
 
 
 def _schema() -> pa.Schema:
