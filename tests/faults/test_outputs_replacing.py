@@ -240,6 +240,7 @@ def test_an_earlier_result_comes_back_that_was_set_aside_when_the_process_was_ki
 def test_what_killed_runs_left_is_removed_but_for_what_is_not_ours(tmp_path):
     for name in ("00000001", "00000002"):
         write_result(tmp_path / f".out.partial-{name}", "half")
+        (tmp_path / f".out.partial-{name}" / "summary.json").unlink()
     (tmp_path / ".out.partial-00000002" / "notes.txt").write_text("mine")
     (tmp_path / ".out.partial-notours").write_text("mine")
     write_new(tmp_path / "out")
@@ -251,7 +252,17 @@ def test_what_killed_runs_left_is_removed_but_for_what_is_not_ours(tmp_path):
 
 def test_what_a_killed_live_trial_left_is_never_removed(tmp_path, capsys):
     left = tmp_path / ".out.live-01234567"
-    write_result(left, "all that there is")
+    left.mkdir()
+    (left / "tracks.parquet").write_text("all that there is")
     write_new(tmp_path / "out")
-    assert result_text(left) == "all that there is"
+    assert (left / "tracks.parquet").read_text() == "all that there is"
     assert str(left) in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("purpose", ["live", "partial"])
+def test_finished_results_of_a_killed_run_get_a_name_that_is_told(tmp_path, capsys, purpose):
+    write_result(tmp_path / f".out.{purpose}-01234567", "finished")
+    write_new(tmp_path / "out")
+    assert result_text(tmp_path / "out-2") == "finished"
+    assert result_text(tmp_path / "out") == "new"
+    assert f"{tmp_path / 'out-2'}: finished results" in capsys.readouterr().err

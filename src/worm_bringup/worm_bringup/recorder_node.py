@@ -61,8 +61,9 @@ class RecorderNode(WormNode):
         self._provenance = json.loads(
             self.read_parameter("provenance", "{}", "JSON object for the summary")
         )
-        self._recording = Recording(out)
-        self._bag = ResultBag(out / "bag")
+        with _told_in_a_line():
+            self._recording = Recording(out)
+            self._bag = ResultBag(out / "bag")
         self._stamp_ns = 0
         self._received: Counter[str] = Counter()
         self._announced: dict[str, dict[str, int]] = {}

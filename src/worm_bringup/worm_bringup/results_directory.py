@@ -23,6 +23,7 @@ from worm_bringup.output_lock import InUse, is_in_use, output_lock
 from worm_bringup.output_rules import resolve_out
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.running import finish_despite_signals
+from worm_msgs_py.text import printable
 
 _OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG, errno.EACCES)
 
@@ -67,7 +68,7 @@ def results_directory(out: Path, kind: ResultKind = TRIAL, *, live: bool = False
     alone. Where the block fails after it has written a whole ``summary.json``, or `out` cannot be
     replaced any more, the new results are kept under a name that `Kept` tells. Only one process at
     a time may write to `out`. What another has left behind that was killed is removed where it can
-    be made again; of a live trial it is left, and said.
+    be made again; finished results, and what is left of a live trial, are kept and told.
 
     Parameters
     ----------
@@ -164,7 +165,7 @@ def _put_in_place(partial: Path, place: Path, kind: ResultKind) -> str:
         return why
     if not remove_result(aside, kind):
         left = _keep(aside, place)
-        print(f"worm: what was written into {place} just now is in {left}", file=sys.stderr)
+        _tell(f"{left}: what was written into {place} just now")
     return ""
 
 
@@ -187,14 +188,17 @@ def _tidy(place: Path, out: Path, kind: ResultKind) -> None:
             continue
         if purpose == "old" and not place.exists() and holds_summary(item):
             item.rename(place)  # killed between two renames
+        elif purpose in ("partial", "live") and holds_summary(item):
+            kept = _shown(_keep(item, place), out)
+            _tell(f"{kept}: finished results of a run into {out} that was killed")
         elif purpose in ("old", "partial"):
             remove_result(item, kind)
         elif purpose == "live":
-            print(
-                f"worm: {_shown(item, out)}: what is left of a live trial that was killed; it "
-                "stays there",
-                file=sys.stderr,
-            )
+            _tell(f"{_shown(item, out)}: what is left of a live trial that was killed")
+
+
+def _tell(said: str) -> None:
+    print(f"worm: {printable(said)}", file=sys.stderr)
 
 
 def _new_beside(place: Path, purpose: str) -> Path:

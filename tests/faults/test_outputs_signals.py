@@ -1,0 +1,176 @@
+"""A signal, a closed terminal or a report that fails never costs a result that is finished."""
+
+import json
+import os
+import pty
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from mjpeg_server import mjpeg_server
+
+from worm_msgs_py.running import finish_despite_signals, stop_on_signals
+from worm_tracker.bag_pictures import BagPictures
+
+LARVA = Path(__file__).parents[2] / "bags" / "larva"
+WORM = Path(sys.executable).with_name("worm")
+ENDING = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+DURING_THE_REPORT = """
+import sys
+from worm_bringup import trial
+from worm_bringup.cli import main
+
+write = trial.write_report
+
+def write_when_told(directory):
+    print("writing the report", flush=True)
+    if sys.stdin.readline() == "fail\\n":
+        raise RuntimeError("no fonts")
+    return write(directory)
+
+trial.write_report = write_when_told
+main()
+"""
+
+IN_A_TERMINAL = """
+import fcntl, os, sys, termios
+os.setsid()
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+os.execv(sys.argv[1], sys.argv[1:])
+"""
+
+
+def to_myself(number):
+    os.kill(os.getpid(), number)
+
+
+@pytest.mark.parametrize("number", ENDING)
+def test_each_signal_that_ends_a_program_stops_a_run_in_good_order(number):
+    with stop_on_signals() as stop, stop_on_signals() as inner:
+        to_myself(number)
+        assert stop.is_set()
+        assert inner is stop
+
+
+def test_a_terminal_that_closes_stops_once_however_often_it_says_so():
+    with stop_on_signals() as stop:
+        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGHUP):
+            to_myself(number)
+        stop.clear()  # as an endless source does that now ends
+        to_myself(signal.SIGHUP)
+        assert not stop.is_set()
+        to_myself(signal.SIGINT)
+        assert stop.is_set()
+
+
+def test_a_hangup_that_was_ignored_stays_so():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with stop_on_signals() as stop, finish_despite_signals():
+            to_myself(signal.SIGHUP)
+        assert not stop.is_set()
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+@pytest.mark.parametrize("number", ENDING)
+def test_one_signal_lets_what_is_finished_be_written(number):
+    with finish_despite_signals():
+        to_myself(number)
+        to_myself(signal.SIGHUP)
+
+
+def test_a_second_signal_ends_what_hangs():
+    with finish_despite_signals():
+        to_myself(signal.SIGTERM)
+        with pytest.raises(KeyboardInterrupt):
+            to_myself(signal.SIGINT)
+
+
+def replay_during_the_report(out, signals, word):
+    command = [sys.executable, "-c", DURING_THE_REPORT, "replay", LARVA, "--out", out]
+    with subprocess.Popen(
+        [*map(str, command), "--playback-duration", "1"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout.readline() == "writing the report\n"
+        for number in signals:
+            process.send_signal(number)
+        _, err = process.communicate(word)
+        return process.returncode, err.splitlines()[-1] if err else ""
+
+
+def files_of(out):
+    return {item.name for item in out.iterdir()}
+
+
+DATA = {"tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json", "bag"}
+
+
+def test_a_signal_while_the_report_is_written_lets_it_be_written(tmp_path):
+    status, _ = replay_during_the_report(tmp_path / "out", ENDING[2:], "go on\n")
+    assert status == 0
+    assert files_of(tmp_path / "out") == {*DATA, "report.html"}
+
+
+@pytest.mark.parametrize(
+    ("signals", "word", "expected"),
+    [
+        pytest.param([signal.SIGTERM, signal.SIGINT], "", 130, id="interrupted twice"),
+        pytest.param([], "fail\n", 1, id="matplotlib fails"),
+    ],
+)
+def test_finished_data_outlive_the_report(tmp_path, signals, word, expected):
+    out = tmp_path / "out"
+    status, line = replay_during_the_report(out, signals, word)
+    assert status == expected
+    assert f"the results are whole and kept in {out}" in line
+    assert files_of(out) == DATA
+    again = subprocess.run([WORM, "report", out], capture_output=True, check=False)
+    assert again.returncode == 0
+    assert files_of(out) == {*DATA, "report.html"}
+
+
+def test_a_live_trial_whose_terminal_closes_ends_in_good_order(tmp_path):
+    out, record = tmp_path / "out", tmp_path / "record"
+    with mjpeg_server(None, pause_s=0.02) as address:
+        command = ["live", "--camera", address, "--no-chamber", "--private"]
+        terminal, mine = pty.openpty()
+        with subprocess.Popen(
+            [sys.executable, "-c", IN_A_TERMINAL, WORM, *command, "--out", out, "--record", record],
+            stdin=mine,
+            stdout=mine,
+            stderr=mine,
+        ) as process:
+            os.close(mine)
+            shown = b""
+            while not re.search(rb"[1-9]\d*/", shown):  # frames are coming
+                shown += os.read(terminal, 4096)
+            os.close(terminal)
+            status = process.wait()
+    assert status == 0
+    assert files_of(out) == {*DATA, "report.html"}
+    frames = json.loads((out / "summary.json").read_text())["frames"]["read"]
+    with BagPictures(record) as pictures:
+        assert pictures.count == frames > 0
+
+
+@pytest.mark.parametrize("gone", ["closed pipe", "closed stderr"])
+def test_a_run_that_nobody_listens_to_is_whole(tmp_path, gone):
+    reader, writer = os.pipe()
+    os.close(reader)
+    ears = {"stdout": writer} if gone == "closed pipe" else {}
+    done = subprocess.run(
+        [WORM, "replay", LARVA, "--out", tmp_path / "out", "--playback-duration", "1"],
+        **{"stdout": subprocess.DEVNULL, "stderr": writer, **ears},
+        check=False,
+    )
+    os.close(writer)
+    assert done.returncode == 0
+    assert files_of(tmp_path / "out") == {*DATA, "report.html"}
