@@ -72,7 +72,11 @@ def test_a_disk_that_fills_up_is_one_line_and_the_earlier_result_stays(disk, way
                 pass
     before = files_in(disk)
     done = worm("replay", LARVA, "--out", disk / "out", *way)
-    check_one_line(done, "No space left", "--out")
+    assert done.returncode == 2, done.stderr
+    *others, line = done.stderr.splitlines()
+    assert "No space left" in line
+    assert "--out" in line
+    assert all("checkpoint" in other for other in others), done.stderr
     assert files_in(disk) == before
 
 
@@ -149,19 +153,18 @@ def test_a_directory_that_is_mounted_twice_is_known(tmp_path, unmounted):
 
 
 @pytest.mark.parametrize(
-    "command",
+    ("command", "said"),
     [
-        pytest.param(["simulate", "--duration-s", "2", "--out"], id="simulate"),
-        pytest.param(["import", LARVA.parent, "--fps", "30", "--out"], id="import"),
-        pytest.param(["model", "figure", "--out"], id="figure"),
+        pytest.param(["simulate", "--duration-s", "2", "--out"], "free", id="simulate"),
+        pytest.param(["import", "FILM", "--fps", "30", "--out"], "No space left", id="import"),
+        pytest.param(["model", "figure", "--out"], "No space left", id="figure"),
     ],
 )
-def test_other_files_are_whole_or_not_there(tmp_path, disk, command):
+def test_other_files_are_whole_or_not_there(tmp_path, disk, command, said):
     fill(disk, 16)
-    if command[0] == "import":
-        command[1] = stills(tmp_path)
-    done = worm(*command, disk / "made.svg")
-    check_one_line(done, "No space left")
+    film = stills(tmp_path)
+    done = worm(*(film if part == "FILM" else part for part in command), disk / "made.svg")
+    check_one_line(done, said)
     assert list(files_in(disk)) == ["full"]
 
 
