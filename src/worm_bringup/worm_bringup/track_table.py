@@ -13,6 +13,7 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from worm_bringup.track_units import refuse_wrong_units
 from worm_msgs_py import Status, Where
 from worm_msgs_py.errors import BadInput
 
@@ -125,6 +126,10 @@ class TrackTable:
     def _lists(self) -> bool:
         return self._is_parquet
 
+    @property
+    def _time_column(self) -> str:
+        return "stamp_ns" if "stamp_ns" in self.columns else "time_s"
+
     def has_point(self, point: str) -> bool:
         """Whether there are columns for a point of the body, in millimetres or in pixels."""
         return any({f"{point}_{a}", f"{point}_{b}"} <= self.columns for a, b in _PAIRS)
@@ -137,6 +142,8 @@ class TrackTable:
                 continue
             rows = self._to_rows(table, first)
             last_ns = self._check_stamps(rows, last_ns)
+            if first == 0:
+                refuse_wrong_units(self.path, self._time_column, rows.stamp_ns, rows.values)
             first += len(rows)
             yield rows
         if first == 0:
@@ -302,7 +309,7 @@ class TrackTable:
         if len(stuck):
             row = rows.first + int(stuck[0]) + (2 if last_ns is None else 1)
             same = stamps[stuck[0]] == stamps[stuck[0] + 1]
-            name = "stamp_ns" if "stamp_ns" in self.columns else "time_s"
+            name = self._time_column
             what = "repeats the stamp of the row before" if same else "goes back in time"
             remedy = "keep one row for each frame" if same else "sort the rows by time"
             raise BadInput(f"{self.path}: column {name!r} {what} in row {row}: {remedy}")

@@ -8,6 +8,11 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 
+LEAST_IN_COMMON = 0.9
+"""Of the frames of the shorter table."""
+FEWEST_FRAMES = 20
+
+
 class EvaluationError(ValueError):
     """A table cannot be evaluated: one line that names it, the cause and the remedy."""
 
@@ -89,9 +94,48 @@ def common_rows(
             if len(np.unique(values)) < len(values):
                 raise EvaluationError(f"{record.name}: two rows have the same {key}")
         _, left, right = np.intersect1d(one, other, assume_unique=True, return_indices=True)
+        shorter = min(len(one), len(other))
+        if 0 < len(left) < LEAST_IN_COMMON * shorter:
+            raise EvaluationError(
+                f"{tracks.name} and {truth.name} have {len(left)} of {shorter} frames in common by "
+                f"{key}: they are not of the same trial: name its own truth"
+            )
         if len(left):
+            _refuse_other_times(tracks, truth, left, right)
+            _refuse_another_worm(tracks, truth, left, right)
             return key, left, right
     raise EvaluationError(
         f"{tracks.name} and {truth.name} have no frame in common, by stamp_ns or by frame: are they"
         " of the same trial?"
     )
+
+
+def _refuse_other_times(
+    tracks: FrameTable, truth: FrameTable, left: NDArray[np.intp], right: NDArray[np.intp]
+) -> None:
+    """Refuse frames of the same number that are not as far apart: stamps may begin anywhere."""
+    if tracks.stamp_ns is None or truth.stamp_ns is None or len(left) < 2:
+        return
+    one, other = tracks.stamp_ns[left], truth.stamp_ns[right]
+    if np.ptp(one - other) > np.median(np.abs(np.diff(other))) / 2:
+        raise EvaluationError(
+            f"{tracks.name} and {truth.name} have the same frame numbers at other times: they are "
+            "not of the same trial: name its own truth"
+        )
+
+
+def _refuse_another_worm(
+    tracks: FrameTable, truth: FrameTable, left: NDArray[np.intp], right: NDArray[np.intp]
+) -> None:
+    """Refuse tracks whose centroid is mostly far from the truth's, whichever end is the head."""
+    off = np.hypot(*(tracks.centroid_px[left] - truth.centroid_px[right]).T)
+    body = np.hypot(*(truth.head_px[right] - truth.centroid_px[right]).T)
+    known = np.isfinite(off) & np.isfinite(body)
+    if np.count_nonzero(known) < FEWEST_FRAMES:
+        return
+    off_px, body_px = float(np.median(off[known])), float(np.median(body[known]))
+    if off_px > body_px:
+        raise EvaluationError(
+            f"{tracks.name}: the centroid is {off_px:.0f} px from that of {truth.name} in the "
+            f"median, more than half a body: they are not of the same trial: name its own truth"
+        )
