@@ -1,13 +1,22 @@
 """Every option is checked when it is read: one line names it, the cause and the remedy."""
 
+import io
+import re
 import sys
 
+import numpy as np
 import pytest
 import typer
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from rich.table import Table
 
 from worm_bringup.cli.app import app, main
+from worm_bringup.cli.terminal import Terminal
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.text import printable
+from worm_tracker.calibration.calibrate import calibrate
+from worm_tracker.parameters import TrackerParameters
 
 
 def numeric_options(command, path=()):
@@ -91,3 +100,59 @@ def test_no_number_beyond_all_measure_is_taken(option, value):
     words, parts = option
     if words[-1] != "--seed" or not 0 <= value < 2**32:
         refused((*words, *[repr(value)] * parts), words[-1])
+
+
+CIRCLE = ["--circle-px", 128, 128, 100]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--px-per-mm", 20], "--px-per-mm is the scale .*: add --no-chamber"),
+        (["--circle-b-px", 1, 1, 100], "--circle-b-px is a second chamber: add --circle-px"),
+        (["--no-chamber", "--radius-mm", 8], "--no-chamber .*: leave out --radius-mm"),
+        (["--no-chamber", "--body-width-mm", 0.4], "--no-chamber .*: leave out --body-width-mm"),
+        ([*CIRCLE, "--circle-b-px", 128, 128, 100], "--circle-b-px.* overlaps the first"),
+        (["--exit-width-mm", 25], "--exit-width-mm .*25 mm: an exit is narrower"),
+        (["--radius-mm", 0.01], "--radius-mm is 0.01: .*if that is in m, give 10"),
+        (["--namespace", "bad name"], "--namespace: 'bad name' is no ROS namespace"),
+        (["--radiu-mm", 10], "No such option: --radiu-mm"),
+    ],
+)
+def test_options_that_say_nothing_together_are_refused(tmp_path, words, said):
+    status, lines = typed("replay", "bags/larva", "--out", tmp_path / "out", *words)
+    assert (status, len(lines)) == (2, 1), lines
+    assert re.search(said, lines[0]), lines[0]
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("circle", [(500.0, 500.0, 4000.0), (900.0, 20.0, 50.0)])
+def test_a_circle_that_cannot_be_in_the_pictures_is_refused(circle):
+    names = ("centre_u_px", "centre_v_px", "radius_px")
+    parameters = TrackerParameters(**dict(zip(names, circle, strict=True)))
+    with pytest.raises(BadInput, match=r"--circle-px .* in pictures of 256 x 256 px"):
+        calibrate(np.full((256, 256), 200, np.uint8), parameters, 0)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--duration-s", 600_000, "--fps", 1000], "is 600000000 frames"),
+        (["--duration-s", 1e12], "--duration-s is 1000000000000"),
+    ],
+)
+def test_a_film_that_nobody_would_wait_for_is_refused(tmp_path, words, said):
+    status, lines = typed("simulate", "--out", tmp_path / "bag", *words)
+    assert (status, len(lines)) == (2, 1), lines
+    assert said in lines[0]
+
+
+@pytest.mark.parametrize("name", ["[/x]", "[red]", ":smile:", "a\x1b[2J", "b\udcff"])
+def test_names_are_shown_as_text(name):
+    shown = io.StringIO()
+    terminal = Terminal(file=shown, width=80)
+    table = Table(name, title=name)
+    table.add_row(name)
+    terminal.print(name, table)
+    assert shown.getvalue().count(printable(name)) == 4
+    assert "\x1b" not in shown.getvalue()
