@@ -1,6 +1,5 @@
 """The rig that a table of tracks was made in, and the way from its coordinates to the chambers'."""
 
-import json
 from dataclasses import dataclass, replace
 from math import isfinite, nan, radians
 from pathlib import Path
@@ -13,6 +12,7 @@ from worm_bringup.track_table import POINTS, Floats, Rows
 from worm_msgs_py import Chamber, Geometry, Status, Where, limits
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
+from worm_msgs_py.json_files import read_json
 from worm_msgs_py.limits import first_refusal
 
 MM = 1e3
@@ -263,7 +263,7 @@ def rig_of_summary(summary_path: Path) -> TableRig | None:
         Where the summary cannot be read.
     """
     try:
-        entries = json.loads(summary_path.read_text(encoding="utf-8"))["geometry"]
+        entries = read_json(summary_path)["geometry"]
         chambers = tuple(chamber_of(name, entry) for name, entry in entries.items())
         if not chambers:
             return None
@@ -274,7 +274,7 @@ def rig_of_summary(summary_path: Path) -> TableRig | None:
             depth_mm=float(entry.get("depth_mm", DEPTH_MM)),
             passage_length_mm=float(entry.get("passage_length_mm", PASSAGE_LENGTH_MM)),
         )
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, ArithmeticError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise BadInput(
             f"{summary_path}: cannot be read as the summary of these tracks ({error!r}): take "
             "the table out of this directory, or write the results again"

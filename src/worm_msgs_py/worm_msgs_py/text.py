@@ -1,5 +1,7 @@
 """Text that others wrote, made safe to print: file names, topics, labels, messages of libraries."""
 
+from unicodedata import category
+
 
 def printable(text: object) -> str:
     r"""Return text on one line in which nothing acts on a terminal.
@@ -13,6 +15,8 @@ def printable(text: object) -> str:
         Taken by its `str`.
     """
     return "".join(
-        sign if sign.isprintable() else sign.encode("unicode_escape").decode("ascii")
+        sign
+        if sign.isprintable() or category(sign) == "Zs"
+        else sign.encode("unicode_escape").decode("ascii")
         for sign in str(text)
     )

@@ -84,7 +84,7 @@ def write_pooled_report(
         drawn = []
         for panel in panels:
             svg = Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else ""
-            drawn.append((panel, svg))
+            drawn.append((panel, svg, Markup(panel.reading)))
             if panel.figure:  # it has found its layout, which takes longer than drawing it again
                 panel.figure.set_layout_engine("none")
             _write_figure(panel, out / "figures", document["provenance"])

@@ -13,6 +13,7 @@ from worm_analysis.report.panel import NO_CHAMBER, thousands
 from worm_analysis.results.tables import Results, read_results
 from worm_msgs_py import Status
 from worm_msgs_py.source_events import in_words
+from worm_msgs_py.text import printable
 from worm_msgs_py.whole_files import whole_file
 
 SOURCES = {
@@ -67,7 +68,11 @@ def render(results: Results) -> str:
 
     with style():
         panels = [
-            (panel, Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else "")
+            (
+                panel,
+                Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else "",
+                Markup(panel.reading),  # ours; what a trial is called in it is escaped
+            )
             for panel in all_panels(results)
         ]
     return (
@@ -90,6 +95,7 @@ def environment() -> Environment:
     found = Environment(
         loader=PackageLoader("worm_analysis.report", "."),
         autoescape=True,
+        finalize=_shown,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -105,6 +111,11 @@ def environment() -> Environment:
     ):
         found.filters[function.__name__] = function
     return found
+
+
+def _shown(value: Any) -> Any:
+    """Return text as it can stand in a page: no control characters, no halves of characters."""
+    return printable(value) if type(value) is str else value
 
 
 def trial_context(results: Results) -> dict[str, Any]:
@@ -140,7 +151,7 @@ def source_name(provenance: Mapping[str, Any]) -> str:
     source = provenance.get("source") or {}
     for key in ("bag", "table", "camera", "name"):
         if source.get(key):
-            return str(source[key])
+            return printable(source[key])
     return "unnamed trial"
 
 

@@ -1,9 +1,8 @@
 """Reads one results directory: the tables and the summary that the recorder wrote."""
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from math import inf, isfinite, nan, radians
+from math import inf, isfinite, isnan, nan, radians
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +11,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from worm_analysis.results import entries
 from worm_analysis.results.errors import ReportError
 from worm_msgs_py import Chamber, Comparison, Correlation, ModelQuantity, Quantity
+from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
+from worm_msgs_py.json_files import read_json
+from worm_msgs_py.limits import RADIUS
 from worm_msgs_py.model import NeededReversal
 from worm_msgs_py.source_events import SourceEvent, read_source_events
 
@@ -65,6 +68,10 @@ PASSAGES = (
     "stroke_phase",
     "complete",
 )
+WORDS = ("where", "status", "chamber", "kind", "record", "stroke_phase")
+STAMPS = ("stamp_ns", "start_ns", "end_ns")
+CHAMBERS = (CHAMBER_A, CHAMBER_B)
+RULES, SPEEDS = ("per_cycle", "per_phase", "rate"), ("v_w", "v_b")
 REMEDY = "run `worm replay` or `worm analyse` again"
 
 
@@ -152,7 +159,7 @@ def read_results(directory: Path) -> Results:
     ]
     try:
         return _assemble(tables, summary)
-    except (KeyError, TypeError, AttributeError, ValueError) as error:
+    except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError) as error:
         raise ReportError(
             f"{summary_path}: not a summary of this version ({error!r}): {REMEDY}"
         ) from error
@@ -171,17 +178,43 @@ def _assemble(tables: list[Columns], summary: Mapping[str, Any]) -> Results:
         correlation=_correlation(correlation) if correlation else None,
         model_correlation=_correlation(walk) if walk else None,
         comparison=_comparison(model) if model else None,
-        frames=summary["frames"],
-        provenance=summary["provenance"],
+        frames=_frames(summary["frames"]),
+        provenance=_provenance(summary["provenance"]),
         depth_mm=_depth_mm(summary["geometry"]),
         source_events=read_source_events(summary.get("source_events") or ()),
         why_not_complete=str(summary.get("why_not_complete") or ""),
     )
 
 
+def _frames(entry: Mapping[str, Any]) -> Mapping[str, int]:
+    for key in ("read", "tracked"):
+        if key not in entry:
+            raise KeyError(f"frames.{key}")
+    return {entries.name(label): entries.whole(count) for label, count in entry.items()}
+
+
+def _provenance(entry: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the provenance; what it says is text for the page, whatever it is."""
+    source = entries.mapping(entry.get("source"))
+    parameters = {
+        node: entries.mapping(values)
+        for node, values in entries.mapping(entry.get("parameters")).items()
+    }
+    told = {key: str(entry[key]) for key in ("software", "version") if entry.get(key) is not None}
+    source = {key: value if value is None else str(value) for key, value in source.items()}
+    return {
+        **entry,
+        "software": None,
+        "version": None,
+        **told,
+        "source": source,
+        "parameters": parameters,
+    }
+
+
 def _read_summary(path: Path) -> Mapping[str, Any]:
     try:
-        summary: Any = json.loads(path.read_text(encoding="utf-8"))
+        summary: Any = read_json(path)
     except FileNotFoundError:
         raise ReportError(f"{path}: not there, so this is no result of a trial: {REMEDY}") from None
     except (OSError, ValueError) as error:
@@ -205,87 +238,103 @@ def _read_table(path: Path, columns: Iterable[str]) -> Columns:
         if missing:
             raise ReportError(f"{path}: has no column {', '.join(map(repr, missing))}: {REMEDY}")
         table = pq.read_table(path, columns=list(columns))
+        return {name: _to_numpy(name, table.column(name)) for name in columns}
     except FileNotFoundError:
         raise ReportError(f"{path}: not there: {REMEDY}") from None
     except (OSError, pa.ArrowException) as error:
         raise ReportError(f"{path}: cannot be read as Parquet ({error}): {REMEDY}") from error
-    return {name: _to_numpy(table.column(name)) for name in columns}
+    except ReportError:
+        raise
+    except ValueError as error:
+        raise ReportError(f"{path}: {error}: {REMEDY}") from None
 
 
-def _to_numpy(column: Any) -> NDArray[Any]:
-    if pa.types.is_string(column.type):
-        words = column.combine_chunks().dictionary_encode()  # a word once, however often it is
-        known = np.array([*words.dictionary.to_pylist(), None], dtype=object)
-        return np.asarray(known[words.indices.fill_null(-1).to_numpy(zero_copy_only=False)])
-    if pa.types.is_integer(column.type) and column.null_count == 0:
+def _to_numpy(name: str, column: Any) -> NDArray[Any]:
+    """Return a column as the report needs it; ValueError where it holds something else."""
+    kind = column.type
+    if name in WORDS:
+        if not (pa.types.is_string(kind) or pa.types.is_null(kind)):
+            raise ValueError(f"column {name!r} is of type {kind}, not words")
+        dictionary = column.cast(pa.string()).combine_chunks().dictionary_encode()
+        known = [*map(entries.name, dictionary.dictionary.to_pylist()), None]  # each word once
+        index = dictionary.indices.fill_null(-1).to_numpy(zero_copy_only=False)
+        return np.asarray(np.array(known, dtype=object)[index])
+    if name in STAMPS and (not pa.types.is_integer(kind) or column.null_count):
+        raise ValueError(f"column {name!r} is of type {kind}, or has empty rows: not all stamps")
+    if not (pa.types.is_primitive(kind) or pa.types.is_null(kind)):
+        raise ValueError(f"column {name!r} is of type {kind}, not numbers")
+    if pa.types.is_integer(kind) and column.null_count == 0:
         return np.asarray(column.to_numpy(), dtype=np.int64)
-    if pa.types.is_boolean(column.type):
+    if pa.types.is_boolean(kind):
         column = column.cast(pa.uint8())
-    return np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
-
-
-def _number(value: Any) -> float:
-    return nan if value is None else float(value)
-
-
-def _floats(values: Any) -> Floats:
-    return np.array([_number(value) for value in values or ()], dtype=np.float64)
+    values = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
+    if not name.endswith("_ns") and (np.abs(values) > entries.MOST).any():
+        raise ValueError(f"column {name!r} holds a number beyond all measure")
+    return values
 
 
 def _quantity(name: str, entry: Mapping[str, Any]) -> Quantity:
     return Quantity(
-        name,
-        entry["value"],
-        entry.get("low"),
-        entry.get("high"),
-        int(entry.get("n") or 0),
-        entry.get("unit") or "1",
-        entry.get("paper"),
-        entry.get("why") or "",
+        entries.name(name),
+        entries.number_or_none(entry["value"]),
+        entries.number_or_none(entry.get("low")),
+        entries.number_or_none(entry.get("high")),
+        entries.whole(entry.get("n")),
+        entries.words(entry.get("unit")) or "1",
+        entries.number_or_none(entry.get("paper")),
+        entries.words(entry.get("why")),
     )
 
 
 def chamber_of(name: str, entry: Mapping[str, Any]) -> Chamber:
     """Return a chamber from its entry in `summary.json`; KeyError where its circle is missing."""
     return Chamber(
-        name=name,
-        centre_u_px=_number(entry["centre_u_px"]),
-        centre_v_px=_number(entry["centre_v_px"]),
-        radius_px=_number(entry["radius_px"]),
-        exit_rad=radians(_number(entry["exit_deg"])),
+        name=entries.one_of(name, CHAMBERS),
+        centre_u_px=entries.number(entry["centre_u_px"]),
+        centre_v_px=entries.number(entry["centre_v_px"]),
+        radius_px=entries.number(entry["radius_px"]),
+        exit_rad=radians(entries.number(entry["exit_deg"])),
         radius_m=_radius_mm(entry) / 1e3,
-        exit_width_m=_number(entry.get("exit_width_mm")) / 1e3,
-        residual_px=_number(entry.get("residual_px")),
-        centre_sd_px=_number(entry.get("centre_sd_px")),
-        radius_sd_px=_number(entry.get("radius_sd_px")),
-        exit_sd_rad=radians(_number(entry.get("exit_sd_deg"))),
-        exit_width_sd_m=_number(entry.get("exit_width_sd_mm")) / 1e3,
+        exit_width_m=entries.number(entry.get("exit_width_mm")) / 1e3,
+        residual_px=entries.number(entry.get("residual_px")),
+        centre_sd_px=entries.number(entry.get("centre_sd_px")),
+        radius_sd_px=entries.number(entry.get("radius_sd_px")),
+        exit_sd_rad=radians(entries.number(entry.get("exit_sd_deg"))),
+        exit_width_sd_m=entries.number(entry.get("exit_width_sd_mm")) / 1e3,
     )
 
 
 def _depth_mm(geometry: Mapping[str, Any]) -> float:
     entry: Mapping[str, Any] = next(iter(geometry.values()), {})
-    return _number(entry.get("depth_mm"))
+    return entries.number(entry.get("depth_mm"))
 
 
 def _radius_mm(entry: Mapping[str, Any]) -> float:
     """Return R: of tracks that came without a picture it is all that is known of the circle."""
     if entry.get("radius_mm") is not None:
-        return float(entry["radius_mm"])
-    return _number(entry["radius_px"]) / _number(entry["px_per_mm"])
+        radius_mm = entries.number(entry["radius_mm"])
+    else:
+        radius_mm = entries.number(entry["radius_px"]) / entries.number(entry["px_per_mm"])
+    wrong = "" if isnan(radius_mm) else RADIUS.to("mm").refusal(radius_mm)
+    if wrong:
+        raise ValueError(f"the radius of a chamber {wrong}")
+    return radius_mm
 
 
 def _correlation(entry: Mapping[str, Any]) -> Correlation:
-    lag_s, c = _floats(entry["lag_s"]), _floats(entry["c"])
-    unknown = np.full(len(lag_s), nan)
-    if len(c) != len(lag_s):
-        raise ValueError(f"{len(lag_s)} lags of the correlation but {len(c)} values")
+    lag_s = entries.numbers(entry["lag_s"])
+    unknown = [None] * len(lag_s)
+    found = {key: entries.numbers(entry.get(key) or unknown) for key in ("c", "error", "fit")}
+    pairs = entry.get("pairs") or [0] * len(lag_s)
+    for key, values in (*found.items(), ("pairs", pairs)):
+        if len(values) != len(lag_s):
+            raise ValueError(f"{len(lag_s)} lags of the correlation but {len(values)} of {key}")
     return Correlation(
         lag_s=lag_s,
-        c=c,
-        error=_floats(entry["error"]) if "error" in entry else unknown,
-        pairs=np.asarray(entry.get("pairs") or np.zeros(len(lag_s)), dtype=np.int64),
-        model=_floats(entry["fit"]) if "fit" in entry else unknown,
+        c=found["c"],
+        error=found["error"],
+        pairs=np.array([entries.whole(count) for count in pairs], dtype=np.int64),
+        model=found["fit"],
     )
 
 
@@ -300,25 +349,33 @@ def _comparison(entry: Mapping[str, Any]) -> Comparison:
     )
     return Comparison(
         stamp_ns=0,
-        parameters=tuple((name, _number(value)) for name, value in entry["parameters"].items()),
+        parameters=tuple(
+            (entries.name(name), entries.number(value))
+            for name, value in entry["parameters"].items()
+        ),
         quantities=tuple(
-            ModelQuantity(name, item["unit"], **{key: _number(item.get(key)) for key in fields})
+            ModelQuantity(
+                entries.name(name),
+                entries.words(item["unit"]),
+                **{key: entries.number(item.get(key)) for key in fields},
+            )
             for name, item in entry["quantities"].items()
         ),
         needs=tuple(_need(item) for item in entry.get("needed_reversals") or ()),
         scores=tuple(
-            (name, _number(value)) for name, value in (entry.get("forecasts") or {}).items()
+            (entries.name(name), entries.number(value))
+            for name, value in entries.mapping(entry.get("forecasts")).items()
         ),
     )
 
 
 def _need(entry: Mapping[str, Any]) -> NeededReversal:
-    low, high = _number(entry["low"]), _number(entry["high"])
+    low, high = entries.number(entry["low"]), entries.number(entry["high"])
     return NeededReversal(
-        rule=entry["rule"],
-        speed=entry["speed"],
-        observation=entry["observation"],
-        value=_number(entry["value"]),
+        rule=entries.one_of(entry["rule"], RULES),
+        speed=entries.one_of(entry["speed"], SPEEDS),
+        observation=entries.name(entry["observation"]),
+        value=entries.number(entry["value"]),
         low=low,
         high=inf if isfinite(low) and not isfinite(high) else high,  # JSON has no infinity
         is_measured=bool(entry["is_measured"]),

@@ -7,8 +7,10 @@ from collections.abc import Callable
 from importlib.metadata import version
 
 import typer
-from rich.console import Console
 from rich.table import Table
+from rich.text import Text
+
+from worm_bringup.cli.terminal import Terminal
 
 _SHM_MB = 64
 _MEGABYTE = 1 << 20
@@ -24,8 +26,8 @@ def doctor() -> None:
         except Exception as error:  # a check's failure is its result
             found, good = f"{type(error).__name__}: {error}", False
         healthy &= good
-        table.add_row(name, "[green]ok[/]" if good else "[red]no[/]", found)
-    Console().print(table)
+        table.add_row(name, Text("ok", "green") if good else Text("no", "red"), found)
+    Terminal().print(table)
     if not healthy:
         raise typer.Exit(1)
 

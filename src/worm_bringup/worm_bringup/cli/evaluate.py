@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from worm_bringup.cli.numbers import number
+from worm_bringup.cli.terminal import Terminal
 from worm_model.evaluation import (
     CERTAIN,
     Evaluation,
@@ -43,7 +43,7 @@ def evaluate(
     if as_json:
         typer.echo(json.dumps(result.document(), indent=2, ensure_ascii=False, allow_nan=False))
     else:
-        Console().print(_table(result))
+        Terminal().print(_table(result))
 
 
 def _table(result: Evaluation) -> Table:

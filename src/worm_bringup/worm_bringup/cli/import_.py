@@ -9,8 +9,10 @@ import typer
 
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar
+from worm_bringup.cli.terminal import say
 from worm_bringup.output_rules import check_apart
 from worm_msgs_py.limits import FPS, JPEG_QUALITY
+from worm_msgs_py.text import printable
 from worm_tracker.video_import import import_film, open_film
 
 
@@ -47,8 +49,8 @@ def import_(
         )
     if film.frames and done.frames != film.frames:
         print(
-            f"worm: {video}: the file announces {film.frames} pictures, {done.frames} could be "
-            "read; is it whole?",
+            f"worm: {printable(video)}: the file announces {film.frames} pictures, {done.frames} "
+            "could be read; is it whole?",
             file=sys.stderr,
         )
-    typer.echo(f"Bag: {out} ({done.frames} pictures, {done.duration_s:.3f} s)")
+    say(f"Bag: {out} ({done.frames} pictures, {done.duration_s:.3f} s)")

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.table import Table
 
 from worm_bringup.cli.model_compare import compare
 from worm_bringup.cli.numbers import number
+from worm_bringup.cli.terminal import Terminal, say
 from worm_model.boundary_walk.figures import write_figure
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
@@ -133,7 +133,7 @@ def solve(
         document = summary.document()
         typer.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
     else:
-        Console().print(_table(summary))
+        Terminal().print(_table(summary))
 
 
 @model.command()
@@ -151,7 +151,7 @@ def figure(
         write_figure(out, rule, hop_may_land=hop_may_land)
     except ValueError as error:
         raise BadInput(str(error)) from None
-    typer.echo(f"Figure: {out}")
+    say(f"Figure: {out}")
 
 
 def _start(

@@ -14,6 +14,7 @@ from rich.table import Column, Table
 
 from worm_analysis.report.numbers import interval, value
 from worm_bringup.cli.progress import progress_bar
+from worm_bringup.cli.terminal import Terminal
 from worm_bringup.cli.usage import option_name
 from worm_bringup.model_comparisons import Case, compare_trials
 from worm_model.boundary_walk.parameters import ReversalRule
@@ -96,7 +97,7 @@ def compare(
         document = [_document(case) for case in cases]
         typer.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
         return
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console = Terminal(width=None if sys.stdout.isatty() else WIDTH)
     for case in cases:
         _print(console, case)
 

@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -20,6 +19,7 @@ from rich.progress import (
 from rich.table import Table
 from rich.text import Text
 
+from worm_bringup.cli.terminal import Terminal
 from worm_bringup.graph import Progress as Report
 from worm_bringup.graph import RunResult
 from worm_msgs_py.source_events import in_words, read_source_events
@@ -49,15 +49,15 @@ class _Speed(ProgressColumn):
 def progress_bar(description: str) -> Iterator[Report]:
     """Show a bar on stderr; give the function that moves it."""
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         _Speed(),
         TimeRemainingColumn(),
     )
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
-        task = progress.add_task(description, total=None)
+        task = progress.add_task(printable(description), total=None)
         yield lambda sent, total: progress.update(task, completed=sent, total=total)
     if not console.is_terminal:  # a log gets the full bar once, and an error one line alone
         console.print(progress.get_renderable())
@@ -70,7 +70,7 @@ def show_result(result: RunResult, report: Path) -> None:
 
 def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None:
     """Print what was found, then whatever `between` prints, and last the path of the report."""
-    console = Console()
+    console = Terminal()
     summary = json.loads((report.parent / "summary.json").read_text(encoding="utf-8"))
     frames = summary["frames"]
     others = ", ".join(
@@ -99,7 +99,7 @@ def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None
 
 def show_speed(result: RunResult) -> None:
     """Print the frames that were sent, how fast, and where the time went."""
-    console = Console()
+    console = Terminal()
     speed = (result.frames - result.earlier) / max(result.elapsed_s, 1e-9)
     console.print(f"{result.frames} frames, {speed:.0f} / s")
     skipped = result.counts.get("frames skipped")

@@ -8,6 +8,7 @@ import typer
 
 from worm_analysis.report import write_pooled_report, write_report
 from worm_bringup.cli.progress import progress_bar
+from worm_bringup.cli.terminal import say
 from worm_bringup.earlier_result import POOLED, SOFTWARE
 from worm_bringup.output_rules import check_apart
 from worm_bringup.pooled_walks import pooled_walks
@@ -37,11 +38,11 @@ def report(
     """
     if out is None:
         for directory in results:
-            typer.echo(f"Report: {write_report(directory)}")
+            say(f"Report: {write_report(directory)}")
         return
     check_apart({"--out": out}, {f"trial {number}": path for number, path in enumerate(results, 1)})
     check_out(out, POOLED)
     software = {"software": SOFTWARE, "version": version("worm-escape")}
     with results_directory(out, POOLED) as partial, progress_bar(out.name) as progress:
         path = write_pooled_report(results, partial, pooled_walks, software, progress)
-    typer.echo(f"Report: {out / path.name}")
+    say(f"Report: {out / path.name}")

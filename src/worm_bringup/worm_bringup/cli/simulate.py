@@ -11,6 +11,7 @@ import typer
 
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar
+from worm_bringup.cli.terminal import say
 from worm_bringup.graph import Progress
 from worm_model.simulator.film import FilmFrame, truth_path, write_film
 from worm_model.simulator.rig import Optics, Rig
@@ -28,7 +29,7 @@ SPEED = Limit(0.01, 10.0, "mm/s")
 STEP, EXCURSION = Limit(0.01, 100.0, "mm"), Limit(0.01, 8.0, "mm")
 EXIT_WIDTH = Limit(0.1, 15.0, "mm", or_zero=True)
 NOISE = Limit(0.0, 255.0, "grey levels")
-FRAME_BYTES = 20_000
+FRAME_BYTES = 100_000
 """About what a picture of the simulated rig takes in the bag."""
 MOST_FRAMES = 1_000_000
 
@@ -84,7 +85,7 @@ def simulate(
     with progress_bar(out.name) as progress:
         film = _counted(simulate_film(rig, walker, duration_s, fps), progress, duration_s * fps)
         write_film(out, film, jpeg_quality=jpeg_quality)
-    typer.echo(f"Bag: {out}\nTruth: {truth_path(out)}")
+    say(f"Bag: {out}\nTruth: {truth_path(out)}")
 
 
 def _counted(film: Iterable[FilmFrame], progress: Progress, total: float) -> Iterator[FilmFrame]:

@@ -1,6 +1,5 @@
 """Reads tracks and truth from Parquet tables, and the calibration from the summary beside them."""
 
-import json
 from collections.abc import Mapping
 from math import nan
 from pathlib import Path
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from worm_model.evaluation.record import ChamberCircle, EvaluationError, Floats, FrameTable
 from worm_msgs_py import Status
+from worm_msgs_py.json_files import read_json
 
 TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
 _POINTS = ("head", "centroid", "tail")
@@ -115,7 +115,7 @@ def _columns(file: Path) -> dict[str, list[Any]]:
 
 def _circles_of_summary(file: Path) -> dict[str, ChamberCircle] | None:
     try:
-        geometry = json.loads(file.read_text(encoding="utf-8")).get("geometry", {})
+        geometry = read_json(file).get("geometry", {})
         return {
             name: ChamberCircle(
                 chamber["centre_u_px"],

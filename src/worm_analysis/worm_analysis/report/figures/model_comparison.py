@@ -5,6 +5,7 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup, escape
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from worm_analysis.report.numbers import plain, value
@@ -62,8 +63,8 @@ def verdict_in_words(rows: list[Row]) -> list[tuple[str, list[str]]]:
     ]
 
 
-def parameters_written(results: Results) -> list[str]:
-    """Return each parameter of the walk in words (HTML); metres as millimetres.
+def parameters_written(results: Results) -> list[Markup]:
+    """Return each parameter of the walk in words; metres as millimetres.
 
     A parameter named ``NAME_is_measured`` says whether NAME is the trial's own; one that is 0 or 1
     and names a rule or a choice is written as such.
@@ -71,7 +72,7 @@ def parameters_written(results: Results) -> list[str]:
     if results.comparison is None:
         return []
     return [
-        f"{_words(name)} = {_with_unit(name, number)}"
+        Markup("{} = {}").format(_words(name), _with_unit(name, number))
         for name, number in results.comparison.parameters
         if not name.endswith(IS_MEASURED) and not (name.startswith("rule_") and number == 0)
     ]
@@ -88,14 +89,14 @@ def origins(results: Results) -> tuple[list[str], list[str]]:
     return [name for name in flags if flags[name]], [name for name in flags if not flags[name]]
 
 
-def _words(name: str) -> str:
+def _words(name: str) -> Markup:
     for suffix in (*UNITS, ""):
         if name.endswith(suffix):
             bare = name.removesuffix(suffix)
             break
     if bare.startswith("rule_"):
-        return "reversal counted"
-    return f"<i>{bare}</i>" if len(bare) == 1 else bare.replace("_", " ")
+        return Markup("reversal counted")
+    return Markup("<i>{}</i>").format(bare) if len(bare) == 1 else escape(bare.replace("_", " "))
 
 
 def _with_unit(name: str, number: float) -> str:
