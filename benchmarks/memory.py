@@ -58,25 +58,27 @@ class MemoryTrace:
         return median(later[-_BLOCK:]) / median(later[:_BLOCK]) - 1.0
 
 
-def resident_mib(pid: int) -> float:
-    """Return the resident memory of a process and all its descendants, MiB."""
+def resident_mib(pid: int, descendants: bool = True) -> float:
+    """Return the resident memory of a process and, if asked, of all its descendants, MiB."""
     mib = 0.0
     with suppress(OSError):  # it may have just ended
         mib = int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * _PAGE / _MIB
-    for listed in Path(f"/proc/{pid}/task").glob("*/children"):
+    for listed in Path(f"/proc/{pid}/task").glob("*/children") if descendants else ():
         with suppress(OSError):
             mib += sum(resident_mib(int(child)) for child in listed.read_text().split())
     return mib
 
 
 @contextmanager
-def sampled_memory(pid: int | None = None, every_s: float = 1.0) -> Iterator[MemoryTrace]:
-    """Sample the memory of a process (this one) and its descendants while the block runs."""
+def sampled_memory(
+    pid: int | None = None, every_s: float = 1.0, *, descendants: bool = True
+) -> Iterator[MemoryTrace]:
+    """Sample the memory of a process (this one), and of its descendants, while the block runs."""
     trace, stop, began_s = MemoryTrace(), threading.Event(), time.monotonic()
 
     def run() -> None:
         while not stop.wait(every_s):
-            trace.sample(time.monotonic() - began_s, resident_mib(pid or os.getpid()))
+            trace.sample(time.monotonic() - began_s, resident_mib(pid or os.getpid(), descendants))
 
     thread = threading.Thread(target=run, name="memory", daemon=True)
     thread.start()
