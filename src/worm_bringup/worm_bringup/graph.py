@@ -15,6 +15,7 @@ from worm_bringup.isolation import alone_on_their_names, keep_freed_memory, own_
 from worm_bringup.node_spec import NodeSpec
 from worm_msgs_py.network import Reach
 from worm_msgs_py.running import stop_on_signals
+from worm_msgs_py.watchdog import PATIENCE_S, Watch, watchdog
 from worm_tracker.source_node import SourceNode, drain, spin_source, until_stopped
 
 Progress = Callable[[int, int | None], None]
@@ -68,6 +69,7 @@ def run_in_process(
     reach: Reach = Reach.OWN,
     namespace: str = "",
     checkpoints: Checkpoints | None = None,
+    patience_s: float = PATIENCE_S,
 ) -> RunResult:
     """Run a graph in this process, to the end of its source or to SIGINT or SIGTERM.
 
@@ -89,11 +91,15 @@ def run_in_process(
         Who can see the graph (see `isolation.own_context`).
     checkpoints : Checkpoints, optional
         Go on from one, and make them while it runs.
+    patience_s : float
+        Seconds that a node may take over one message; longer, and it hangs (see `watchdog`).
 
     Raises
     ------
     BadInput
         From a node, when it is made or in a callback; or another graph has the names of this one.
+    NodeFailed
+        A callback did not come back, and was interrupted.
     """
     keep_freed_memory()
     with (
@@ -113,7 +119,8 @@ def run_in_process(
             executor.add_node(node)
             made.append(node)
         spent_s = {spec.name: 0.0 for spec in (source, *nodes)}
-        return _run(executor, made, progress, stop, spent_s, checkpoints)
+        watch = stack.enter_context(watchdog(patience_s))
+        return _run(executor, made, progress, stop, spent_s, checkpoints, watch)
 
 
 def _run(
@@ -123,6 +130,7 @@ def _run(
     stop: threading.Event,
     spent_s: dict[str, float],
     checkpoints: Checkpoints | None,
+    watch: Watch,
 ) -> RunResult:
     source = nodes[0]
     if not isinstance(source, SourceNode):
@@ -137,13 +145,13 @@ def _run(
             checkpoints.between_frames()
         return goes_on()
 
-    drain(executor, spent_s)  # what nodes have published as they were made
+    drain(executor, spent_s, watch)  # what nodes have published as they were made
     if checkpoints is not None:
         checkpoints.begin(nodes, goes_on)
     earlier = source.sent
     began_s = time.perf_counter()
-    ended = spin_source(executor, source, keep_on, heed_window=False, spent_s=spent_s)
-    drain(executor, spent_s)
+    ended = spin_source(executor, source, keep_on, heed_window=False, spent_s=spent_s, watch=watch)
+    drain(executor, spent_s, watch)
     if checkpoints is not None and not ended:
         checkpoints.save()
     keep_on()

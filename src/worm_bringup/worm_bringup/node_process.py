@@ -6,14 +6,17 @@ from the child
     ``{"ready": {"publishes": {topic: n}, "subscribes": {topic: n}}, "finite": bool,
     "endless": bool}``,
     ``{"matched": true}``, ``{"progress": [sent, expected]}``, ``{"done": true}``,
-    ``{"late": "what is missing"}``, ``{"ended_early": "why"}``, ``{"error": line}``
+    ``{"late": "what is missing"}``, ``{"ended_early": "why"}``, ``{"error": line}``,
+    ``{"alive": true}`` (once a second, or it hangs)
 from the parent
+    ``{"parameters": "YAML of a ROS parameter file"}`` (the first line),
     ``{"peers": {"publishes": ..., "subscribes": ...}}``, ``{"go": true}``,
     ``{"finish": true}`` (an endless source), ``{"end": true}``
 
 An end of file from the parent ends the child, so nothing outlives a parent that was killed.
 """
 
+import faulthandler
 import json
 import os
 import signal
@@ -21,7 +24,6 @@ import sys
 import threading
 import time
 from collections import Counter
-from pathlib import Path
 from typing import Any, TextIO
 
 import rclpy
@@ -40,6 +42,7 @@ MATCH_TIMEOUT_S = 20.0
 BAD_INPUT_STATUS = 2
 _HOUSEKEEPING = ("/rosout", "/parameter_events", "/diagnostics")
 _PROGRESS_EVERY_S = 0.1
+_ALIVE_EVERY_S = 1.0
 
 
 class Leash:
@@ -51,6 +54,7 @@ class Leash:
         self.may_go = False
         self.must_finish = threading.Event()
         self.must_end = threading.Event()
+        self._alive_s = -float("inf")
 
     def say(self, **message: Any) -> None:
         """Tell the parent; where it is gone, end."""
@@ -58,6 +62,13 @@ class Leash:
             print(json.dumps(message), file=self._out, flush=True)
         except OSError:
             self.must_end.set()
+
+    def beat(self) -> None:
+        """Tell the parent, once a second, that callbacks come back."""
+        now_s = time.monotonic()
+        if now_s - self._alive_s > _ALIVE_EVERY_S:
+            self._alive_s = now_s
+            self.say(alive=True)
 
     def listen(self, wake: Any) -> None:
         """Take in what the parent says until it hangs up (in a thread of its own)."""
@@ -110,6 +121,7 @@ def _meet(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
     said = False
     while not leash.may_go and not leash.must_end.is_set():
         executor.spin_once(timeout_sec=TICK_S / 10)
+        leash.beat()
         if leash.peers is None or said:
             continue
         waiting = unmatched(node, leash.peers)
@@ -130,6 +142,7 @@ def _work(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
 
     def keep_on() -> bool:
         nonlocal said_s
+        leash.beat()
         if goes_on is not None:
             goes_on()
         if time.monotonic() - said_s > _PROGRESS_EVERY_S:
@@ -142,6 +155,7 @@ def _work(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
         leash.say(progress=[node.sent, node.expected], ended_early=node.ended_early)
     done = False
     while not leash.must_end.is_set():
+        leash.beat()
         if not done and getattr(node, "done", False):
             leash.say(done=True)
             done = True
@@ -172,18 +186,21 @@ def run(spec: NodeSpec, namespace: str, leash: Leash) -> int:
 
 
 def main() -> int:
-    """Run ``python -m worm_bringup.node_process MODULE NAME PARAMETERS.yaml NAMESPACE``."""
-    module, name, parameters, namespace = sys.argv[1:]
+    """Run ``python -m worm_bringup.node_process MODULE NAME NAMESPACE``."""
+    module, name, namespace = sys.argv[1:]
     # Standard output belongs to the parent: what a library prints goes to standard error.
     leash = Leash(os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8"))
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    faulthandler.register(signal.SIGUSR1)  # a hanging node says where it hangs
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: leash.must_end.set())
     keep_freed_memory()
     threadpool_limits(1)  # as in one process: see graph.run_in_process
-    spec = NodeSpec.from_yaml(module, name, Path(parameters).read_text(encoding="utf-8"))
-    return run(spec, namespace, leash)
+    first = sys.stdin.readline()
+    if not first:  # the parent is gone
+        return 1
+    return run(NodeSpec.from_yaml(module, name, json.loads(first)["parameters"]), namespace, leash)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import json
 import os
 import queue
+import signal
 import subprocess
 import sys
 import tempfile
@@ -18,12 +19,15 @@ from worm_bringup.graph import Progress, RunResult
 from worm_bringup.isolation import free_domain
 from worm_bringup.node_spec import NodeSpec
 from worm_msgs_py.claims import claim, full_name
-from worm_msgs_py.errors import BadInput
+from worm_msgs_py.errors import BadInput, NodeFailed
 from worm_msgs_py.network import Reach, dds_settings
 from worm_msgs_py.running import TICK_S, stop_on_signals
+from worm_msgs_py.watchdog import PATIENCE_S
 
 _END_S = 0.5
 """What a process is given to end by itself, and then again to heed SIGTERM."""
+_FINISH_S = 10.0
+"""The same where a camera has a record to close."""
 _WHOLE_END_S = 30.0
 """The same where the run is complete: files may still be written."""
 _SHARED_MEMORY = "/dev/shm/fastrtps_"
@@ -38,19 +42,15 @@ class NodeProcess:
         self,
         spec: NodeSpec,
         namespace: str,
-        folder: Path,
         environment: dict[str, str],
         inbox: Inbox,
     ) -> None:
         self.name = spec.name
-        parameters = folder / f"{spec.name}.yaml"
-        parameters.touch(mode=0o600)
-        parameters.write_text(spec.to_yaml(), encoding="utf-8")
         # -P: what lies in the working directory is not imported.
         command = [sys.executable, "-P", "-m", "worm_bringup.node_process"]
         # A session of its own: Ctrl-C in the terminal reaches the parent alone, which tells it.
         self.process = subprocess.Popen(
-            [*command, spec.module, spec.name, str(parameters), namespace],
+            [*command, spec.module, spec.name, namespace],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -64,7 +64,10 @@ class NodeProcess:
         self.matched = False
         self.done = False
         self.late = ""
+        self.silent_s = 0.0
+        self.hangs = False
         self.segments: set[str] = set()
+        self.say(parameters=spec.to_yaml())  # not by a file: an address may hold a password
         self._reader = threading.Thread(target=self._listen, args=(inbox,), daemon=True)
         self._reader.start()
 
@@ -102,6 +105,7 @@ def run_in_processes(
     progress: Progress | None = None,
     *,
     namespace: str = "",
+    patience_s: float = PATIENCE_S,
 ) -> RunResult:
     """Run a graph with a process for each node, to the end of its source or to a signal.
 
@@ -111,15 +115,16 @@ def run_in_processes(
 
     Parameters
     ----------
-    source, nodes, progress
+    source, nodes, progress, patience_s
         As for `graph.run_in_process`.
 
     Raises
     ------
     BadInput
         A node refused its input; the others were ended.
-    RuntimeError
-        A node failed (its traceback is on stderr), or found no peer.
+    NodeFailed
+        A node failed, found no peer or hangs (its traceback is on stderr). The others were ended,
+        a camera in good order: its record is whole.
     """
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="worm-graph-")))
@@ -133,10 +138,10 @@ def run_in_processes(
             "ROS_DOMAIN_ID": str(domain),
         }
         stop = stack.enter_context(stop_on_signals())
-        family = Family(stop, progress)
+        family = Family(stop, progress, patience_s)
         stack.callback(family.end)
         for spec in (source, *nodes):
-            child = NodeProcess(spec, namespace, folder, environment, family.inbox)
+            child = NodeProcess(spec, namespace, environment, family.inbox)
             family.children.append(child)
         return family.run()
 
@@ -144,7 +149,8 @@ def run_in_processes(
 class Family:
     """The parent's view of its children."""
 
-    def __init__(self, stop: threading.Event, progress: Progress | None) -> None:
+    def __init__(self, stop: threading.Event, progress: Progress | None, patience_s: float) -> None:
+        self._patience_s = patience_s
         self.children: list[NodeProcess] = []
         self.inbox: Inbox = queue.Queue()
         self._stop = stop
@@ -152,6 +158,8 @@ class Family:
         self._sent = 0
         self._expected: int | None = None
         self._ended_early = ""
+        self._live = False
+        self._looked_s = time.monotonic()
         self._ending = False
 
     def run(self) -> RunResult:
@@ -167,7 +175,7 @@ class Family:
             began_s = time.perf_counter()
         whole = self._until(self._all_done)
         elapsed_s = time.perf_counter() - began_s
-        self.end(_WHOLE_END_S if whole else _END_S)
+        self.end(_WHOLE_END_S if whole else None)
         return RunResult(
             frames=self._sent,
             complete=whole,
@@ -195,7 +203,26 @@ class Family:
                 return False
             with suppress(queue.Empty):
                 self._hear(*self.inbox.get(timeout=TICK_S))
+            self._look_for_hanging()
         return True
+
+    def _look_for_hanging(self) -> None:
+        """End the run where a child's callback does not come back; it says where it hangs."""
+        # Only what this process saw pass: one that was stopped itself has heard nobody meanwhile.
+        passed_s = min(time.monotonic() - self._looked_s, 1.0)
+        self._looked_s = time.monotonic()
+        for child in self.children:
+            child.silent_s += passed_s
+            if child.endpoints is not None and child.silent_s > self._patience_s:
+                child.hangs = True
+                child.process.send_signal(signal.SIGUSR1)  # it says where
+                child.process.send_signal(signal.SIGCONT)
+                with suppress(subprocess.TimeoutExpired):
+                    child.process.wait(_END_S)
+                child.process.kill()
+                raise NodeFailed(
+                    f"node {child.name} hangs: it has not answered for {child.silent_s:.0f} s"
+                )
 
     def _finish_endless(self) -> bool:
         """Let an endless source end in good order at the first signal; say whether there is one."""
@@ -208,16 +235,18 @@ class Family:
         return bool(endless)
 
     def _hear(self, child: NodeProcess, message: dict[str, Any] | None) -> None:
+        child.silent_s = 0.0
         if message is None:
-            if not self._ending:
+            if not self._ending and not child.hangs:
                 status = child.process.wait()
-                raise RuntimeError(f"node {child.name} ended with status {status} before the end")
+                raise NodeFailed(f"node {child.name} ended with status {status} before the end")
             return
         if "error" in message:
             raise BadInput(message["error"])
         child.endpoints = message.get("ready", child.endpoints)
         child.finite = message.get("finite", child.finite)
         child.endless = message.get("endless", child.endless)
+        self._live = self._live or child.endless
         child.matched = child.matched or "matched" in message
         child.done = child.done or "done" in message
         child.late = message.get("late", child.late)
@@ -227,11 +256,13 @@ class Family:
             if self._progress is not None:
                 self._progress(self._sent, self._expected)
 
-    def end(self, patience_s: float = _END_S) -> None:
+    def end(self, patience_s: float | None = None) -> None:
         """End every child: by word, by SIGTERM, by SIGKILL; leave nothing in shared memory."""
         if self._ending:
             return
         self._ending = True
+        if patience_s is None:
+            patience_s = _FINISH_S if self._live else _END_S
         for child in self.children:
             child.note_shared_memory()
             child.say(end=True)

@@ -17,6 +17,7 @@ from worm_bringup.results_directory import results_directory
 from worm_model.inference.comparison import ModelParameters
 from worm_msgs_py.network import Reach
 from worm_msgs_py.running import finish_despite_signals, stop_on_signals
+from worm_msgs_py.watchdog import PATIENCE_S
 from worm_tracker.parameters import TrackerParameters
 
 _CHANGES_NO_RESULT = ("bag", "rate", "start_paused", "window")
@@ -95,6 +96,7 @@ def run_graph(
     processes: bool = False,
     reach: Reach = Reach.OWN,
     checkpoints: Checkpoints | None = None,
+    patience_s: float = PATIENCE_S,
 ) -> RunResult:
     """Run a trial's graph, recording into the empty directory `out` where there is one.
 
@@ -106,10 +108,14 @@ def run_graph(
         Who can see the graph.
     checkpoints : Checkpoints, optional
         Go on from one, and make them while the graph runs; not with `processes`.
+    patience_s : float
+        Seconds that a node may take over one message; longer, and it hangs: the run ends.
     """
     nodes = trial.nodes(out)
     if processes:
-        return run_in_processes(trial.source, nodes, progress, namespace=trial.namespace)
+        return run_in_processes(
+            trial.source, nodes, progress, namespace=trial.namespace, patience_s=patience_s
+        )
     return run_in_process(
         trial.source,
         nodes,
@@ -117,6 +123,7 @@ def run_graph(
         reach=reach,
         namespace=trial.namespace,
         checkpoints=checkpoints,
+        patience_s=patience_s,
     )
 
 
@@ -129,6 +136,7 @@ def run_trial(
     reach: Reach = Reach.OWN,
     live: bool = False,
     checkpoints: Checkpoints | None = None,
+    patience_s: float = PATIENCE_S,
 ) -> tuple[RunResult, Path]:
     """Run a trial and write its results, whole or not at all; the rest is as in `run_graph`.
 
@@ -161,6 +169,7 @@ def run_trial(
             processes=processes,
             reach=reach,
             checkpoints=checkpoints,
+            patience_s=patience_s,
         )
         if not result.complete or result.frames == 0:
             raise Incomplete(result)

@@ -15,3 +15,7 @@ class TrackerError(BadInput):
 
 class NoChamberFound(TrackerError):  # noqa: N818 (the name is part of the tracker's interface)
     """No circular chamber stands out in the first pictures."""
+
+
+class NodeFailed(RuntimeError):  # noqa: N818
+    """A node of the graph failed or hangs; its traceback is on stderr."""

@@ -25,6 +25,7 @@ from worm_msgs_py.running import (
     stop_on_signals,
 )
 from worm_msgs_py.text import printable
+from worm_msgs_py.watchdog import Watch
 from worm_msgs_py.worm_node import WormNode, refuse_unknown_parameters
 
 NAME = "image_source"
@@ -172,7 +173,9 @@ class SourceNode(WormNode):
             self._end_publisher.publish(convert.count_to_msg(self.sent))
 
 
-def drain(executor: Executor, spent_s: dict[str, float] | None = None) -> None:
+def drain(
+    executor: Executor, spent_s: dict[str, float] | None = None, watch: Watch | None = None
+) -> None:
     """Run callbacks until a *whole pass* over all nodes finds none ready.
 
     Delivery within a process is synchronous with `publish`, so afterwards everything that follows
@@ -185,6 +188,8 @@ def drain(executor: Executor, spent_s: dict[str, float] | None = None) -> None:
         Whatever a callback raises comes out here.
     spent_s : dict, optional
         Seconds spent in the callbacks of each node, by name; added to.
+    watch : Watch, optional
+        Told of every callback.
     """
     idle = False
     while not idle:
@@ -194,7 +199,11 @@ def drain(executor: Executor, spent_s: dict[str, float] | None = None) -> None:
                 handler, _, node = executor.wait_for_ready_callbacks(timeout_sec=0)
                 idle = False
                 began_s = time.perf_counter()
+                if watch is not None:
+                    watch.enter("" if node is None else node.get_name())
                 handler()
+                if watch is not None:
+                    watch.leave()
                 if handler.exception() is not None:
                     raise handler.exception()
                 if spent_s is not None and node is not None:
@@ -211,6 +220,7 @@ def spin_source(
     *,
     heed_window: bool,
     spent_s: dict[str, float] | None = None,
+    watch: Watch | None = None,
 ) -> bool:
     """Publish every picture as it falls due and may be sent; between them run the callbacks.
 
@@ -220,6 +230,8 @@ def spin_source(
         Asked before each step; False ends it.
     heed_window : bool
         Send only while the window is open. In one process draining is the stronger promise.
+    spent_s, watch
+        As for `drain`.
 
     Returns
     -------
@@ -232,15 +244,23 @@ def spin_source(
         if wait_s <= 0.0 and heed_window and not source.window_is_open:
             wait_s = TICK_S  # a counter that comes in ends the wait
         if wait_s > 0.0:
+            if watch is not None:
+                watch.enter("")  # whichever is called; the traceback says
             executor.spin_once(timeout_sec=min(wait_s, TICK_S))
+            if watch is not None:
+                watch.leave()
         else:
             began_s = time.perf_counter()
+            if watch is not None:
+                watch.enter(NAME)
             more = source.publish_next()
+            if watch is not None:
+                watch.leave()
             if spent_s is not None:
                 spent_s[NAME] = spent_s.get(NAME, 0.0) + time.perf_counter() - began_s
             if not more:
                 return True
-        drain(executor, spent_s)
+        drain(executor, spent_s, watch)
     return False
 
 

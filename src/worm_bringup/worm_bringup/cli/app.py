@@ -20,7 +20,7 @@ from worm_bringup.cli.simulate import simulate
 from worm_bringup.cli.usage import UsageFault, usage_line
 from worm_bringup.results_directory import Kept
 from worm_bringup.trial import EndedEarly, Incomplete
-from worm_msgs_py.errors import BadInput
+from worm_msgs_py.errors import BadInput, NodeFailed
 from worm_msgs_py.running import interrupted_by_signals
 from worm_msgs_py.text import printable
 
@@ -66,6 +66,9 @@ def _run() -> None:
     except Kept as error:
         print(f"worm: {printable(error)}", file=sys.stderr)
         sys.exit(INTERRUPTED if error.interrupted else INCOMPLETE)
+    except NodeFailed as error:
+        print(f"worm: incomplete, no results were written: {printable(error)}", file=sys.stderr)
+        sys.exit(INCOMPLETE)
     except EndedEarly as error:
         print(f"worm: ended before its time: {printable(error)}", file=sys.stderr)
         sys.exit(INCOMPLETE)

@@ -12,6 +12,7 @@ from worm_bringup.node_spec import NodeSpec
 from worm_bringup.output_rules import check_apart
 from worm_bringup.results_directory import check_out
 from worm_bringup.trial import EndedEarly, Incomplete, Trial, run_graph, run_trial
+from worm_msgs_py.watchdog import PATIENCE_S
 from worm_tracker.camera_address import Kind, kind_of, shown_address
 from worm_tracker.camera_node import RECONNECT
 from worm_tracker.parameters import Polarity
@@ -72,6 +73,7 @@ def live(
         ),
     ] = False,
     network: options.Network = False,
+    watchdog_s: options.WatchdogS = PATIENCE_S,
     namespace: options.Namespace = "",
 ) -> None:
     """Track and analyse while the camera films; Ctrl-C ends the trial in good order.
@@ -106,11 +108,12 @@ def live(
         ),
         namespace=namespace,
     )
+    how: dict[str, Any] = {"reach": reach, "patience_s": watchdog_s}
     with progress_bar("live") as progress:
         if out is not None:
-            result, report = run_trial(trial, out, progress, reach=reach, live=True)
+            result, report = run_trial(trial, out, progress, live=True, **how)
         else:
-            result, report = run_graph(trial, None, progress, reach=reach), None
+            result, report = run_graph(trial, None, progress, **how), None
     if not result.complete or result.frames == 0:
         raise Incomplete(result)
     if report is not None:

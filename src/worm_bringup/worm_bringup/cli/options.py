@@ -13,6 +13,7 @@ from worm_bringup.cli.usage import refuse_together, refuse_without
 from worm_msgs_py import limits
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.network import Reach
+from worm_msgs_py.watchdog import PATIENCE
 from worm_tracker.bag_scan.decompression import CHUNK_MIB
 from worm_tracker.parameters import Polarity, TrackerParameters
 from worm_tracker.pictures import MEGAPIXELS
@@ -130,6 +131,14 @@ Network = Annotated[
         "--network",
         help="Let other machines see the graph too, as ROS_* of the environment says "
         "(docs/network.md).",
+        rich_help_panel=_GRAPH,
+    ),
+]
+WatchdogS = Annotated[
+    float,
+    number(
+        PATIENCE,
+        help="Seconds that a node may take over one message; longer, and it hangs: the run ends.",
         rich_help_panel=_GRAPH,
     ),
 ]

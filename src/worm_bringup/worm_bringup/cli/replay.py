@@ -17,6 +17,7 @@ from worm_bringup.provenance import bag_hash
 from worm_bringup.results_directory import check_out
 from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.errors import BadInput, TrackerError
+from worm_msgs_py.watchdog import PATIENCE_S
 from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.bag_scan.decompression import MAX_CHUNK_MIB
 from worm_tracker.parameters import Polarity
@@ -92,6 +93,7 @@ def replay(
         ),
     ] = False,
     network: options.Network = False,
+    watchdog_s: options.WatchdogS = PATIENCE_S,
     namespace: options.Namespace = "",
     salvage: Annotated[
         bool,
@@ -181,7 +183,13 @@ def replay(
     try:
         with progress_bar(bag.name) as progress:
             result, report = run_trial(
-                trial, out, progress, processes=processes, reach=reach, checkpoints=checkpoints
+                trial,
+                out,
+                progress,
+                processes=processes,
+                reach=reach,
+                checkpoints=checkpoints,
+                patience_s=watchdog_s,
             )
     except Incomplete as error:
         if checkpoints is not None and checkpoints.saved is not None:
