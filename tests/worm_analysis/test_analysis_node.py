@@ -13,7 +13,7 @@ from worm_analysis.node import DESCRIPTIONS, AnalysisNode
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import convert, topics
 from worm_msgs_py.interfaces import RESULTS
-from worm_msgs_py.ledger import read_announcement
+from worm_msgs_py.ledger import Announcement, read_announcement
 from worm_msgs_py.qos import FLOW
 from worm_tracker.source_node import drain
 
@@ -127,9 +127,8 @@ def test_the_announcement_counts_every_message(graph):
     surroundings.send_end(len(STATES))
     settle()
     (announcement,) = [read_announcement(msg) for msg in surroundings.announced]
-    assert announcement == (
-        "analysis",
-        {topic: len(surroundings.got[topic]) for topic in ANALYSIS},
+    assert announcement == Announcement(
+        "analysis", {topic: len(surroundings.got[topic]) for topic in ANALYSIS}, {}
     )
 
 

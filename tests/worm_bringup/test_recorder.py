@@ -5,7 +5,6 @@ import json
 import pyarrow.parquet as pq
 import pytest
 from rclpy.executors import SingleThreadedExecutor, TimeoutException
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosbags.rosbag2 import Reader
 from std_msgs.msg import UInt64
@@ -29,6 +28,7 @@ from worm_msgs_py import (
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW
+from worm_msgs_py.worm_node import WormNode
 
 EVENTS = (
     Episode("chamber_a", EpisodeKind.CONTACT, 1, 2, 1.95e-3),
@@ -95,11 +95,11 @@ def test_lengths_are_millimetres_and_angles_degrees(tmp_path):
     assert (attempt["record"], attempt["penetration_mm"]) == ("attempt", pytest.approx(2.0))
 
 
-class Sender(Node):
+class Sender(WormNode):
     """Stands for tracker and analysis: sends what they send, through the same ledger."""
 
     def __init__(self, context):
-        super().__init__("sender", context=context, start_parameter_services=False)
+        super().__init__("sender", context=context)
         self.ledger = Ledger(self)
         self.results = {
             topic: self.ledger.publisher(kind, topic, qos) for topic, (kind, qos) in RESULTS.items()

@@ -76,7 +76,8 @@ class Surroundings(Node):
         self._finished = self.create_publisher(DiagnosticStatus, topics.FLOW_FINISHED, FLOW)
 
     def _on_finished(self, msg):
-        name, counts = read_announcement(msg)
+        said = read_announcement(msg)
+        name, counts = said.name, said.sent
         if name == "model":
             self.announced.append(counts)
 
@@ -88,9 +89,7 @@ class Surroundings(Node):
 
     def send_end(self, sent=SENT):
         values = [KeyValue(key=topic, value=str(count)) for topic, count in sent.items()]
-        self._finished.publish(
-            DiagnosticStatus(level=DiagnosticStatus.OK, name=ANALYSIS, values=values)
-        )
+        self._finished.publish(DiagnosticStatus(name=ANALYSIS, message="finished", values=values))
 
     def content(self):
         return {topic: [repr(msg) for msg in got] for topic, got in self.got.items()}

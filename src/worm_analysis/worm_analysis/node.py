@@ -13,6 +13,7 @@ from worm_analysis.analysis import Analysis
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import BodyState, convert, topics
 from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.errors import MalformedMessage
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, RESULT
@@ -103,7 +104,7 @@ class AnalysisNode(WormNode):
             (topics.WORM_STATE, self._on_state),
         ):
             kind, qos = RESULTS[topic]
-            self.create_subscription(kind, topic, on_message, qos)
+            self.create_subscription(kind, topic, on_message, qos, in_sequence=True)
         self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
 
     @property
@@ -135,11 +136,18 @@ class AnalysisNode(WormNode):
         self._take_waiting()
 
     def _on_state(self, msg: JointState) -> None:
-        self._waiting.append(convert.body_state_from_msg(msg))
+        state = convert.body_state_from_msg(msg)
+        due = self._taken + len(self._waiting)
+        if state.frame != due:
+            raise MalformedMessage(f"frame {state.frame} comes where frame {due} is due")
+        self._waiting.append(state)
         self._take_waiting()
 
     def _on_end(self, msg: UInt64) -> None:
-        self._expected = convert.count_from_msg(msg)
+        frames = convert.count_from_msg(msg)
+        if frames < self._taken or self._done:
+            raise MalformedMessage(f"the end after {frames} frames, where {self._taken} have come")
+        self._expected = frames
         self._finish_if_whole()
 
     def _take_waiting(self) -> None:

@@ -16,7 +16,7 @@ from std_msgs.msg import UInt64
 from worm_bringup.recording import Recording
 from worm_bringup.result_bag import ResultBag
 from worm_msgs_py import convert, topics
-from worm_msgs_py.errors import BadInput
+from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import read_announcement
 from worm_msgs_py.qos import FLOW
@@ -67,11 +67,14 @@ class RecorderNode(WormNode):
         self._stamp_ns = 0
         self._received: Counter[str] = Counter()
         self._announced: dict[str, dict[str, int]] = {}
+        self._ignored_by: list[dict[str, int]] = []
         self._frames: int | None = None
         self._done = False
         self.journal: Journal | None = None
         for topic, (kind, qos) in RESULTS.items():
-            self.create_subscription(kind, topic, partial(self._take, topic, kind), qos, raw=True)
+            alone = topic != topics.SOURCE_EVENTS  # which the tracker has a part in
+            take = partial(self._take, topic, kind)
+            self.create_subscription(kind, topic, take, qos, in_sequence=alone, raw=True)
         self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
         self.create_subscription(
             DiagnosticStatus, topics.FLOW_FINISHED, self._on_announcement, FLOW
@@ -94,16 +97,20 @@ class RecorderNode(WormNode):
             parts.append(f"{self._recording.rows} of {self._frames} frames are recorded")
         silent = sorted(self._expected - set(self._announced))
         parts += [f"{name} has not finished" for name in silent]
-        sent: Counter[str] = Counter()  # two nodes may tell of the source on one topic
-        for counts in self._announced.values():
-            sent.update(counts)
         parts += [
             f"{_senders(self._announced, topic)} sent {count} on {topic}, "
             f"{self._received[topic]} came"
-            for topic, count in sent.items()
-            if self._received[topic] != count
+            for topic, count in self._sent().items()
+            if self._received[topic] < count
         ]
         return "; ".join(parts)
+
+    def _sent(self) -> Counter[str]:
+        """Return how many messages were announced on each topic."""
+        sent: Counter[str] = Counter()  # two nodes may tell of the source on one topic
+        for counts in self._announced.values():
+            sent.update(counts)
+        return sent
 
     def destroy_node(self) -> None:
         """Close the files, whole or not: without a summary nobody takes them for whole."""
@@ -128,9 +135,7 @@ class RecorderNode(WormNode):
         return {
             topics.WORM_STATE: self._on_state,
             topics.WORM_MIDLINE: lambda msg: recording.add_midline(convert.midline_from_msg(msg)),
-            topics.ANALYSIS_STATE: lambda msg: recording.add_observables(
-                convert.observables_from_msg(msg)
-            ),
+            topics.ANALYSIS_STATE: self._on_observables,
             topics.ANALYSIS_EVENTS: lambda msg: recording.add_events(convert.events_from_msg(msg)),
             topics.CHAMBER_GEOMETRY: lambda msg: trial.take_geometry(
                 convert.geometry_from_msg(msg)
@@ -149,29 +154,47 @@ class RecorderNode(WormNode):
             self._write(topic, kind, data)
 
     def _write(self, topic: str, kind: type, data: bytes) -> None:
-        self._received[topic] += 1
+        before = self._recording.rows
         reader = self._readers.get(topic)
         if reader is not None:
-            before = self._recording.rows
-            reader(deserialize_message(data, kind))
-            if self._recording.rows != before:
-                self._progress.publish(convert.count_to_msg(self._recording.rows))
+            reader(_deserialised(data, kind))
+        self._received[topic] += 1
+        if self._recording.rows != before:
+            self._progress.publish(convert.count_to_msg(self._recording.rows))
         self._bag.write(topic, self._stamp_ns, data)
         if self.journal is not None:
             self.journal.append((topic, data))
         self._finish_if_whole()
 
     def _on_state(self, msg: Any) -> None:
-        self._stamp_ns = convert.stamp_to_ns(msg.header.stamp)
-        self._recording.add_state(convert.body_state_from_msg(msg))
+        state = convert.body_state_from_msg(msg)
+        self._check_turn(topics.WORM_STATE, state.frame)
+        self._stamp_ns = state.stamp_ns
+        self._recording.add_state(state)
+
+    def _on_observables(self, msg: Any) -> None:
+        observables = convert.observables_from_msg(msg)
+        self._check_turn(topics.ANALYSIS_STATE, observables.frame)
+        self._recording.add_observables(observables)
+
+    def _check_turn(self, topic: str, frame: int) -> None:
+        if frame != self._received[topic]:
+            due = self._received[topic]
+            raise MalformedMessage(f"frame {frame} comes where frame {due} is due")
 
     def _on_end(self, msg: UInt64) -> None:
-        self._frames = convert.count_from_msg(msg)
+        frames = convert.count_from_msg(msg)
+        if frames < self._recording.rows or self._done:
+            raise MalformedMessage(f"the end after {frames} frames")
+        self._frames = frames
         self._finish_if_whole()
 
     def _on_announcement(self, msg: DiagnosticStatus) -> None:
-        name, counts = read_announcement(msg)
-        self._announced[name] = counts
+        said = read_announcement(msg)
+        if said.name in self._announced or said.name not in self._expected:
+            raise MalformedMessage(f"{said.name} is not waited for")
+        self._announced[said.name] = said.sent
+        self._ignored_by.append(said.ignored)
         self._finish_if_whole()
 
     def _finish_if_whole(self) -> None:
@@ -183,10 +206,28 @@ class RecorderNode(WormNode):
     def _finish(self) -> None:
         assert self._frames is not None
         self._recording.trial.frames_read = self._frames
+        self._recording.trial.ignored_messages = self._all_ignored()
         self._bag.close()
         if self._frames:  # a trial without one frame has no results
             self._recording.finish(self._provenance)  # last: where the summary is, all is
         self._done = True
+
+    def _all_ignored(self) -> dict[str, int]:
+        """Return the messages that were ignored by topic; several nodes may have seen the same."""
+        # More than was announced is not ours, whichever of them it is.
+        surplus = Counter(self._received)
+        surplus.subtract(self._sent())
+        ignored_here = self.ignored + surplus  # adding leaves out what is not above zero
+        counts = [*self._ignored_by, ignored_here]
+        names = sorted({topic for ignored in counts for topic in ignored})
+        return {name: max(ignored.get(name, 0) for ignored in counts) for name in names}
+
+
+def _deserialised(data: bytes, kind: type) -> Any:
+    try:
+        return deserialize_message(data, kind)
+    except RuntimeError as error:  # rclpy's RMWError
+        raise MalformedMessage(str(error)) from None
 
 
 def _senders(announced: dict[str, dict[str, int]], topic: str) -> str:

@@ -32,6 +32,7 @@ class Trial:
     comparison: Comparison | None = None
     model_correlation: Correlation | None = None
     source_events: list[SourceEvent] = field(default_factory=list)
+    ignored_messages: dict[str, int] = field(default_factory=dict)
 
     @property
     def why_not_whole(self) -> str:
@@ -61,6 +62,7 @@ def build_summary(trial: Trial, provenance: Mapping[str, Any]) -> dict[str, Any]
         "model": _model(trial.comparison, trial.model_correlation),
         "provenance": dict(provenance),
         "source_events": [asdict(event) for event in _in_order(trial.source_events)],
+        "ignored_messages": trial.ignored_messages,
         "complete": not trial.why_not_whole,
     }
     if trial.why_not_whole:

@@ -11,6 +11,7 @@ from sensor_msgs.msg import JointState
 from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.trial_model import TrialModel
 from worm_msgs_py import Comparison, Correlation, Event, Observables, Quantity, convert, topics
+from worm_msgs_py.errors import MalformedMessage
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger, read_announcement
 from worm_msgs_py.qos import FLOW
@@ -78,7 +79,7 @@ class ModelNode(WormNode):
             (topics.ANALYSIS_SUMMARY, self._on_summary),
         ):
             kind, qos = RESULTS[topic]
-            self.create_subscription(kind, topic, on_message, qos)
+            self.create_subscription(kind, topic, on_message, qos, in_sequence=True)
         self.create_subscription(
             DiagnosticStatus, topics.FLOW_FINISHED, self._on_announcement, FLOW
         )
@@ -119,7 +120,11 @@ class ModelNode(WormNode):
             self._take_waiting()
 
     def _on_state(self, msg: JointState) -> None:
-        self._states.append((convert.observables_from_msg(msg), convert.before_from_msg(msg)))
+        observables, before = convert.observables_from_msg(msg), convert.before_from_msg(msg)
+        due = self._taken[topics.ANALYSIS_STATE] + len(self._states)
+        if observables.frame != due:
+            raise MalformedMessage(f"frame {observables.frame} comes where frame {due} is due")
+        self._states.append((observables, before))
         self._take_waiting()
 
     def _on_events(self, msg: DiagnosticArray) -> None:
@@ -132,10 +137,13 @@ class ModelNode(WormNode):
         self._take_waiting()
 
     def _on_announcement(self, msg: DiagnosticStatus) -> None:
-        name, sent = read_announcement(msg)
-        if name == ANALYSIS:
-            self._announced = {topic: sent[topic] for topic in HEARD}
-            self._take_waiting()
+        said = read_announcement(msg)
+        if said.name != ANALYSIS:
+            return
+        if self._announced is not None or not said.sent.keys() >= set(HEARD):
+            raise MalformedMessage("the analysis announces its end once, and all that it sent")
+        self._announced = {topic: said.sent[topic] for topic in HEARD}
+        self._take_waiting()
 
     def _take_waiting(self) -> None:
         while self._states and self._catch_up(*self._states[0][1]):

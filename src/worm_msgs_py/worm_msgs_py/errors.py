@@ -9,6 +9,10 @@ class BadPicture(ValueError):  # noqa: N818
     """One picture is damaged; those before and after it may be whole."""
 
 
+class MalformedMessage(ValueError):  # noqa: N818 (it is the message that is bad)
+    """A message on a topic of the graph is not one of its messages; it is counted and ignored."""
+
+
 class TrackerError(BadInput):
     """The tracker cannot go on with what it was given."""
 

@@ -5,14 +5,21 @@ nothing of its last event. So each node, as it finishes, announces how many mess
 each topic, and the recorder is done when it holds exactly as many.
 """
 
+import re
+from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
 from worm_msgs_py import topics
+from worm_msgs_py.errors import MalformedMessage
 from worm_msgs_py.qos import FLOW
+from worm_msgs_py.worm_node import WormNode
+
+_FINISHED = "finished"
+_WHOLE = re.compile("[0-9]{1,15}")
+_IGNORED = "ignored "
 
 
 class CountingPublisher:
@@ -42,7 +49,7 @@ class Ledger:
         How many messages were published, by topic.
     """
 
-    def __init__(self, node: Node):
+    def __init__(self, node: WormNode):
         self._node = node
         self.sent: dict[str, int] = {}
         self._announcement = node.create_publisher(DiagnosticStatus, topics.FLOW_FINISHED, FLOW)
@@ -57,12 +64,44 @@ class Ledger:
             DiagnosticStatus(
                 level=DiagnosticStatus.OK,
                 name=str(self._node.get_name()),
-                message="finished",
-                values=[KeyValue(key=topic, value=str(sent)) for topic, sent in self.sent.items()],
+                message=_FINISHED,
+                values=[
+                    KeyValue(key=topic, value=str(count))
+                    for counts, prefix in ((self.sent, ""), (self._node.ignored, _IGNORED))
+                    for topic, count in ((prefix + topic, n) for topic, n in counts.items())
+                ],
             )
         )
 
 
-def read_announcement(msg: DiagnosticStatus) -> tuple[str, dict[str, int]]:
-    """Return the node's name and the number of messages that it has sent on each topic."""
-    return str(msg.name), {item.key: int(item.value) for item in msg.values}
+@dataclass(frozen=True, slots=True)
+class Announcement:
+    """What a node says as it finishes.
+
+    Attributes
+    ----------
+    name : str
+        The node's.
+    sent, ignored : dict
+        How many messages it has sent, and how many that were not ours it has ignored, by topic.
+    """
+
+    name: str
+    sent: dict[str, int]
+    ignored: dict[str, int]
+
+
+def read_announcement(msg: DiagnosticStatus) -> Announcement:
+    """Read an announcement; MalformedMessage where it is none."""
+    counts = {item.key: item.value for item in msg.values}
+    known = {name for topic in topics.RESULTS for name in (topic, _IGNORED + topic)}
+    known |= {_IGNORED + topic for topic in topics.HEARD}
+    whole = all(
+        value.isascii() and value.isdigit() and len(value) < 16 for value in counts.values()
+    )
+    if msg.message != _FINISHED or not whole or not counts.keys() <= known:
+        raise MalformedMessage(f"no announcement: {msg.name!r}")
+    by_kind: dict[bool, dict[str, int]] = {True: {}, False: {}}
+    for key, value in counts.items():
+        by_kind[key.startswith(_IGNORED)][key.removeprefix(_IGNORED)] = int(value)
+    return Announcement(str(msg.name), sent=by_kind[False], ignored=by_kind[True])

@@ -55,3 +55,6 @@ RESULTS = (
     SOURCE_EVENTS,
 )
 """Every topic that carries a result and is recorded into the results' bag."""
+
+HEARD = (*RESULTS, IMAGE, IMAGE_COMPRESSED, FLOW_TRACKED, FLOW_RECORDED, FLOW_FINISHED, FLOW_END)
+"""Every topic that a node of the graph subscribes to."""

@@ -1,16 +1,26 @@
 """The base of all our nodes: endpoints without what costs time and nobody needs."""
 
+from collections import Counter
+from collections.abc import Callable
 from difflib import get_close_matches
 from operator import attrgetter
 from typing import Any, ClassVar
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
 
-from worm_msgs_py.errors import BadInput
+from worm_msgs_py import topics
+from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.limits import Limit
+from worm_msgs_py.qos import RESULT
+from worm_msgs_py.text import printable
+from worm_msgs_py.turn import Turn
+
+_LONGEST = 200
 
 _OF_RCLPY = ("qos_overrides.", "use_sim_time", "start_type_description_service")
 
@@ -25,6 +35,11 @@ class WormNode(Node):
 
     Attributes
     ----------
+    ignored : Counter
+        Messages that were not the graph's, by topic.
+
+    Attributes
+    ----------
     STATE : tuple of str
         The attributes, dotted where they lie deeper, that tell all of what the node has taken and
         given so far: with them, another node of the same parameters goes on where this one is.
@@ -33,6 +48,8 @@ class WormNode(Node):
     STATE: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, name: str, **node_arguments: Any) -> None:
+        self.ignored: Counter[str] = Counter()
+        self._complaints: Any = None
         super().__init__(name, start_parameter_services=False, **node_arguments)
 
     def read_parameter(
@@ -86,12 +103,65 @@ class WormNode(Node):
         kwargs.setdefault("event_callbacks", PublisherEventCallbacks(use_default_callbacks=False))
         return super().create_publisher(*args, **kwargs)
 
-    def create_subscription(self, *args: Any, **kwargs: Any) -> Any:
-        """Create a subscription as rclpy does, without handlers of QoS events."""
+    def create_subscription(
+        self,
+        msg_type: type,
+        topic: str,
+        callback: Callable[[Any], None],
+        qos_profile: QoSProfile,
+        *,
+        in_sequence: bool = False,
+        **kwargs: Any,
+    ) -> Any:
+        """Create a subscription as rclpy does, without handlers of QoS events.
+
+        What is not a message of the graph is counted and ignored: where the callback raises
+        `MalformedMessage` (it must read the message before it does anything), or the message is out
+        of sequence.
+
+        Parameters
+        ----------
+        in_sequence : bool
+            One publisher alone is ours on this topic: take its messages by the numbers that DDS
+            gives each publisher's, none twice and none out of turn.
+        """
         kwargs.setdefault(
             "event_callbacks", SubscriptionEventCallbacks(use_default_callbacks=False)
         )
-        return super().create_subscription(*args, **kwargs)
+        turn = Turn() if in_sequence else None
+
+        def on_message(msg: Any, info: Any) -> None:
+            number = info["publication_sequence_number"]
+            if turn is not None and not turn.is_next(number):
+                self._ignore(topic, f"number {number} of its publisher is out of turn")
+                return
+            try:
+                callback(msg)
+            except MalformedMessage as error:
+                self._ignore(topic, str(error))
+                if turn is not None:
+                    turn.refused(number)
+            else:
+                if turn is not None:
+                    turn.taken(number)
+
+        return super().create_subscription(msg_type, topic, on_message, qos_profile, **kwargs)
+
+    def _ignore(self, topic: str, why: str) -> None:
+        """Count a message that is not ours; tell on `/diagnostics` at 1, 2, 4, 8, ..."""
+        self.ignored[topic] += 1
+        count = self.ignored[topic]
+        if count & (count - 1):
+            return
+        if self._complaints is None:
+            self._complaints = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, RESULT)
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN,
+            name=f"{self.get_name()}: messages ignored",
+            message=printable(f"{topic}: {why}")[:_LONGEST],
+            values=[KeyValue(key=name, value=str(n)) for name, n in self.ignored.items()],
+        )
+        self._complaints.publish(DiagnosticArray(status=[status]))
 
 
 def refuse_unknown_parameters(node: Node) -> None:

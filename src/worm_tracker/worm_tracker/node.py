@@ -17,7 +17,7 @@ from worm_msgs_py import SourceEvent, convert, topics
 from worm_msgs_py.body import TrackedFrame
 from worm_msgs_py.chamber import Geometry
 from worm_msgs_py.convert.stamp import header
-from worm_msgs_py.errors import BadInput, BadPicture
+from worm_msgs_py.errors import BadInput, BadPicture, MalformedMessage
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
@@ -145,6 +145,7 @@ class TrackerNode(WormNode):
                 topic,
                 self._on_picture,
                 qos,
+                in_sequence=not self._live,
                 event_callbacks=SubscriptionEventCallbacks(),  # a camera of others may not match
             )
         self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
@@ -222,7 +223,10 @@ class TrackerNode(WormNode):
             )
 
     def _on_end(self, msg: UInt64) -> None:
-        self._expected = convert.count_from_msg(msg)
+        frames = convert.count_from_msg(msg)
+        if frames < self._taken or self._done:
+            raise MalformedMessage(f"the end after {frames} frames, where {self._taken} have come")
+        self._expected = frames
         self._finish_if_whole()
 
     def _on_swap_head(self, _: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:

@@ -14,7 +14,7 @@ from std_msgs.msg import UInt64, UInt64MultiArray
 
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.convert.stamp import header
-from worm_msgs_py.errors import BadInput
+from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, RESULT
@@ -86,14 +86,23 @@ class SourceNode(WormNode):
         self._events = self._ledger.publisher(kind, topics.SOURCE_EVENTS, qos)
         self._end_publisher = self.create_publisher(UInt64, topics.FLOW_END, FLOW)
         self._diagnostics = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, RESULT)
-        self.create_subscription(UInt64MultiArray, topics.FLOW_TRACKED, self._on_tracked, FLOW)
-        self.create_subscription(UInt64, topics.FLOW_RECORDED, self._on_recorded, FLOW)
+        for kind, topic, on_count in (
+            (UInt64MultiArray, topics.FLOW_TRACKED, self._on_tracked),
+            (UInt64, topics.FLOW_RECORDED, self._on_recorded),
+        ):
+            self.create_subscription(kind, topic, on_count, FLOW, in_sequence=True)
 
     def _on_tracked(self, msg: UInt64MultiArray) -> None:
-        self._taken, self._given = convert.counts_from_msg(msg)
+        counts = convert.counts_from_msg(msg)
+        if len(counts) != 2 or not self.sent >= counts[0] >= counts[1]:
+            raise MalformedMessage(f"{counts} are no frames taken and given of {self.sent}")
+        self._taken, self._given = counts
 
     def _on_recorded(self, msg: UInt64) -> None:
-        self._recorded = convert.count_from_msg(msg)
+        recorded = convert.count_from_msg(msg)
+        if recorded > self.sent:
+            raise MalformedMessage(f"{recorded} frames of {self.sent} are recorded")
+        self._recorded = recorded
 
     @property
     def in_flight(self) -> int:

@@ -86,6 +86,9 @@ def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None
         console.print(
             printable(line), style="yellow", soft_wrap=True, highlight=False, markup=False
         )
+    for topic, count in summary.get("ignored_messages", {}).items():
+        said = f"{count} messages on {topic} were not of this graph and are ignored"
+        console.print(printable(said), style="yellow", highlight=False, markup=False)
     between()
     shown = {name: summary["quantities"][name] for name in _SHOWN}
     known = {name: item for name, item in shown.items() if item["value"] is not None}

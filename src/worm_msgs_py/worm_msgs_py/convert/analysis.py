@@ -19,6 +19,7 @@ from worm_msgs_py.convert.stamp import (
     seconds_to_duration,
     stamp_to_ns,
 )
+from worm_msgs_py.convert.strict import strict, whole
 from worm_msgs_py.frames import Where
 
 _REAL = (
@@ -33,7 +34,7 @@ _REAL = (
 )
 _CURVES = ("C_theta", "C_theta_error", "pairs", "C_theta_model")
 
-
+_BIN = ("low", "high", "count")
 _BEFORE = ("events_before", "summaries_before")
 
 
@@ -58,23 +59,25 @@ def observables_to_msg(observables: Observables, before: tuple[int, int] = (0, 0
     )
 
 
+@strict
 def observables_from_msg(msg: JointState) -> Observables:
-    """Read one frame's observables; KeyError where a name is missing."""
+    """Read one frame's observables; MalformedMessage where a name is missing."""
     values = joints_from_msg(msg)
     contact = values["contact"]
     return Observables(
-        frame=int(values["frame"]),
+        frame=whole(values["frame"]),
         stamp_ns=stamp_to_ns(msg.header.stamp),
-        where=Where(int(values["where"])),
+        where=Where(whole(values["where"])),
         contact=None if contact != contact else bool(contact),
         **{name: values[name] for name in _REAL},
     )
 
 
+@strict
 def before_from_msg(msg: JointState) -> tuple[int, int]:
     """Read how many events and summaries the analysis sent before these observables."""
     values = joints_from_msg(msg)
-    events, summaries = (int(values[name]) for name in _BEFORE)
+    events, summaries = (whole(values[name]) for name in _BEFORE)
     return events, summaries
 
 
@@ -89,6 +92,7 @@ def quantities_to_msg(quantities: Sequence[Quantity], stamp_ns: int) -> Diagnost
     return DiagnosticArray(header=header(stamp_ns, ""), status=statuses)
 
 
+@strict
 def quantities_from_msg(msg: DiagnosticArray) -> tuple[Quantity, ...]:
     """Read estimates."""
     return tuple(status_to_record(status, Quantity) for status in msg.status)
@@ -116,10 +120,13 @@ def correlation_to_msg(correlation: Correlation, stamp_ns: int) -> JointTrajecto
     )
 
 
+@strict
 def correlation_from_msg(msg: JointTrajectory) -> Correlation:
-    """Read C_θ(t); ValueError where the message holds something else."""
+    """Read C_θ(t); MalformedMessage where the message holds something else."""
     if list(msg.joint_names) != list(_CURVES):
         raise ValueError(f"expected the curves {_CURVES}, found {list(msg.joint_names)}")
+    if any(len(point.positions) != len(_CURVES) for point in msg.points):
+        raise ValueError("a point does not have a number for each curve")
     rows = np.array([list(point.positions) for point in msg.points]).reshape(-1, len(_CURVES))
     lags = [duration_to_seconds(point.time_from_start) for point in msg.points]
     c, error, pairs, model = (np.ascontiguousarray(column) for column in rows.T)
@@ -127,7 +134,7 @@ def correlation_from_msg(msg: JointTrajectory) -> Correlation:
         lag_s=np.array(lags, dtype=np.float64),
         c=c,
         error=error,
-        pairs=pairs.astype(np.int64),
+        pairs=_counts(pairs),
         model=model,
     )
 
@@ -149,7 +156,7 @@ def distribution_to_msg(distribution: Distribution) -> Float64MultiArray:
                     size=bins,
                     stride=bins * columns,
                 ),
-                MultiArrayDimension(label="low,high,count", size=columns, stride=columns),
+                MultiArrayDimension(label=",".join(_BIN), size=columns, stride=columns),
             ],
             data_offset=0,
         ),
@@ -157,15 +164,25 @@ def distribution_to_msg(distribution: Distribution) -> Float64MultiArray:
     )
 
 
+@strict
 def distribution_from_msg(msg: Float64MultiArray) -> Distribution:
     """Read a histogram."""
     rows, columns = msg.layout.dim
     name, _, unit = rows.label.rstrip("]").rpartition(" [")
     table: NDArray[np.float64] = np.array(msg.data, dtype=np.float64)
+    if columns.size != len(_BIN) or columns.label != ",".join(_BIN) or not rows.size:
+        raise ValueError("expected a row of low, high and count for each bin")
     table = table.reshape(rows.size, columns.size)
     return Distribution(
         name=str(name),
         unit=str(unit),
         edges=np.append(table[:, 0], table[-1:, 1]),
-        counts=table[:, 2].astype(np.int64),
+        counts=_counts(table[:, 2]),
     )
+
+
+def _counts(values: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return numbers that count something; ValueError where one cannot."""
+    if not ((values >= 0.0) & (values <= 2.0**53)).all():
+        raise ValueError("a count is negative, too large or no number")
+    return values.astype(np.int64)

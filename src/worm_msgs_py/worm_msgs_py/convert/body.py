@@ -9,6 +9,7 @@ from sensor_msgs.msg import JointState
 from worm_msgs_py.body import BodyState, Keypoint
 from worm_msgs_py.convert.joints import joints_from_msg
 from worm_msgs_py.convert.stamp import header, stamp_to_ns
+from worm_msgs_py.convert.strict import strict, whole
 from worm_msgs_py.frames import Where
 from worm_msgs_py.status import Status
 
@@ -48,19 +49,20 @@ def body_state_to_msg(state: BodyState) -> JointState:
     return JointState(header=header(state.stamp_ns, state.frame_id), name=_NAMES, position=position)
 
 
+@strict
 def body_state_from_msg(msg: JointState) -> BodyState:
-    """Read a state; KeyError where a name is missing, names that we do not know are ignored."""
+    """Read a state; MalformedMessage where a name is missing, others are left."""
     values = joints_from_msg(msg)
     head, centroid, tail = (
         Keypoint(*(values[f"{point}_{name}"] for name in _KEYPOINT_FIELDS)) for point in _KEYPOINTS
     )
     return BodyState(
-        frame=int(values["frame"]),
+        frame=whole(values["frame"]),
         stamp_ns=stamp_to_ns(msg.header.stamp),
         frame_id=str(msg.header.frame_id),
-        where=Where(int(values["where"])),
-        status=Status(int(values["status"])),
-        geometry=int(values["geometry"]),
+        where=Where(whole(values["where"])),
+        status=Status(whole(values["status"])),
+        geometry=whole(values["geometry"]),
         confidence=values["confidence"],
         head_certainty=values["head_certainty"],
         head=head,

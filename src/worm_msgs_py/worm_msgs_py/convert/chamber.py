@@ -1,7 +1,7 @@
 """Geometry as the numbers in a `sensor_msgs/JointState`, and as markers for viewers."""
 
 from dataclasses import asdict
-from math import asin, cos, pi, sin
+from math import asin, cos, isfinite, pi, sin
 
 from geometry_msgs.msg import Point
 from sensor_msgs.msg import JointState
@@ -11,6 +11,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from worm_msgs_py.chamber import Chamber, Geometry
 from worm_msgs_py.convert.joints import by_prefix, joints_from_msg, joints_to_msg
 from worm_msgs_py.convert.stamp import header, stamp_to_ns
+from worm_msgs_py.convert.strict import strict, whole
 from worm_msgs_py.frames import CAMERA
 
 _WHOLE = ("version", "picture_width_px", "picture_height_px")
@@ -30,16 +31,19 @@ def geometry_to_msg(geometry: Geometry) -> JointState:
     return joints_to_msg(values, geometry.stamp_ns, CAMERA)
 
 
+@strict
 def geometry_from_msg(msg: JointState) -> Geometry:
-    """Read a geometry; KeyError or TypeError where a number is missing."""
+    """Read a geometry; MalformedMessage where a number is missing."""
     values = joints_from_msg(msg)
-    whole = [int(values.pop(name)) for name in _WHOLE]
+    version, picture_width_px, picture_height_px = (whole(values.pop(name)) for name in _WHOLE)
     depth_m, passage_length_m = (values.pop(name) for name in _REAL)
     chambers = []
     for name, numbers in by_prefix(values):
         numbers.pop("px_per_m", None)
-        chambers.append(Chamber(name=name, **numbers))
-    version, picture_width_px, picture_height_px = whole
+        chamber = Chamber(name=name, **numbers)
+        if not (chamber.radius_m > 0.0 and isfinite(chamber.radius_m)):
+            raise ValueError(f"{name} has no radius")
+        chambers.append(chamber)
     return Geometry(
         version=version,
         stamp_ns=stamp_to_ns(msg.header.stamp),

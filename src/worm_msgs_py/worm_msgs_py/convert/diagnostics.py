@@ -59,4 +59,7 @@ def _read(text: str, hint: Any) -> Any:
         hint = next(kind for kind in get_args(hint) if kind is not type(None))
     if hint is bool:
         return {"true": True, "false": False}[text]
-    return hint(text)
+    value = hint(text)
+    if hint is int and not -(2**63) <= value < 2**63:
+        raise ValueError(f"{text[:20]}... is no whole number of 64 bits")
+    return value

@@ -6,6 +6,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
 from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.convert.strict import strict
 from worm_msgs_py.episodes import Attempt, Episode, EpisodeKind, Event, Visit
 
 _KINDS: dict[str, type[Event]] = {"episode": Episode, "visit": Visit, "attempt": Attempt}
@@ -23,6 +24,7 @@ def events_to_msg(events: Sequence[Event], stamp_ns: int) -> DiagnosticArray:
     )
 
 
+@strict
 def events_from_msg(msg: DiagnosticArray) -> tuple[Event, ...]:
     """Read events; KeyError where a status is not of a kind that we know."""
     return tuple(status_to_record(status, _KINDS[status.name]) for status in msg.status)

@@ -13,9 +13,11 @@ from sensor_msgs.msg import PointCloud2, PointField
 
 from worm_msgs_py.body import BodyState, Midline
 from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.convert.strict import strict
 
 _NAMES = ("x", "y", "z", "s", "width", "u_px", "v_px", "s_px", "width_px")
 _BYTES = 4
+_FLOAT = PointField.FLOAT32
 _FIELDS = [
     PointField(name=name, offset=_BYTES * index, datatype=PointField.FLOAT32, count=1)
     for name, index in zip(_NAMES, count(), strict=False)
@@ -56,9 +58,10 @@ def midline_to_msg(midline: Midline, state: BodyState) -> PointCloud2:
     )
 
 
+@strict
 def midline_from_msg(msg: PointCloud2) -> Midline:
     """Read a midline; KeyError where a field is missing, names that we do not know are ignored."""
-    offsets = {field.name: field.offset for field in msg.fields}
+    offsets = {field.name: field.offset for field in msg.fields if field.datatype == _FLOAT}
     layout = np.dtype(
         {
             "names": list(_NAMES),

@@ -6,6 +6,7 @@ from sensor_msgs.msg import JointState
 
 from worm_msgs_py.convert.joints import joints_from_msg, joints_to_msg
 from worm_msgs_py.convert.stamp import stamp_to_ns
+from worm_msgs_py.convert.strict import strict, whole
 from worm_msgs_py.frames import Where
 from worm_msgs_py.model import Comparison, Forecast, ModelQuantity, NeededReversal
 
@@ -42,6 +43,7 @@ def comparison_to_msg(comparison: Comparison) -> JointState:
     return joints_to_msg(values, comparison.stamp_ns)
 
 
+@strict
 def comparison_from_msg(msg: JointState) -> Comparison:
     """Read a comparison."""
     named: dict[str, list[tuple[str, float]]] = {_PARAMETER: [], _FORECAST: []}
@@ -78,13 +80,14 @@ def forecast_to_msg(forecast: Forecast) -> JointState:
     )
 
 
+@strict
 def forecast_from_msg(msg: JointState) -> Forecast:
-    """Read a forecast; KeyError where a name is missing."""
+    """Read a forecast; MalformedMessage where a name is missing."""
     values = joints_from_msg(msg)
     return Forecast(
-        frame=int(values["frame"]),
+        frame=whole(values["frame"]),
         stamp_ns=stamp_to_ns(msg.header.stamp),
-        where=Where(int(values["where"])),
+        where=Where(whole(values["where"])),
         **{name: values[name] for name in _FORECAST_NUMBERS},
         measured=tuple(
             (name.removesuffix(_IS_MEASURED), bool(value))

@@ -6,6 +6,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
 from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.convert.strict import strict
 from worm_msgs_py.source_events import SourceEvent
 
 
@@ -17,6 +18,7 @@ def source_events_to_msg(events: Sequence[SourceEvent], stamp_ns: int) -> Diagno
     )
 
 
+@strict
 def source_events_from_msg(msg: DiagnosticArray) -> tuple[SourceEvent, ...]:
     """Read events; KeyError where a field is missing, ValueError where one is bad."""
     return tuple(status_to_record(status, SourceEvent) for status in msg.status)
