@@ -1,9 +1,9 @@
 """What a replay leaves that is killed at random moments: OUT, the bag, and whether the next works.
 
 Each run is a `worm replay` into a directory that holds an earlier result, ended by SIGKILL at a
-moment drawn evenly over the time that a whole run takes. OUT must then hold the earlier result or
-the new one, each file of it, byte for byte; the bag must be as it was; and after the last of them a
-run must come to its end.
+moment drawn evenly over a little more than the time that a whole run takes. OUT must then hold the
+earlier result or the new one, each file of it, byte for byte; the bag must be as it was; and after
+the last of them a run must come to its end.
 """
 
 import argparse
@@ -23,7 +23,9 @@ from rich.table import Table
 
 LARVA = Path(__file__).parents[1] / "bags" / "larva"
 EARLIER_S, NEW_S = 0.5, 1.0
-PARTS = 10
+PARTS = 12
+LONGEST = 1.2
+"""The latest moment, as a share of a whole run's time: some runs come to their end."""
 SAME_BYTES = ("tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json",
               "report.html")  # fmt: skip
 
@@ -77,7 +79,7 @@ def killed_replays(runs: int, seed: int) -> Iterator[tuple[float, str]]:
         for _ in range(runs):
             shutil.rmtree(out, ignore_errors=True)
             shutil.copytree(kept, out)
-            share = draw.random()
+            share = draw.uniform(0.0, LONGEST)
             process = replay(bag, out, NEW_S)
             time.sleep(share * whole_s)
             process.kill()
@@ -96,12 +98,12 @@ def main() -> int:
     given = parser.parse_args()
     counts: Counter[tuple[int, str]] = Counter()
     for share, state in killed_replays(given.runs, given.seed):
-        counts[int(share * PARTS), state] += 1
+        counts[int(share / LONGEST * PARTS), state] += 1
     states = ["earlier", "new", *sorted({state for _, state in counts} - {"earlier", "new"})]
     table = Table("killed after", *states, title=f"OUT after {given.runs} SIGKILLs")
     for part in range(PARTS):
         row = [str(counts[part, state]) for state in states]
-        table.add_row(f"{part / PARTS:.0%} to {(part + 1) / PARTS:.0%}", *row)
+        table.add_row(f"{LONGEST * part / PARTS:.0%} to {LONGEST * (part + 1) / PARTS:.0%}", *row)
     table.add_row("all", *(str(sum(counts[k, s] for k in range(PARTS))) for s in states))
     Console().print(table)
     return 0 if len(states) == 2 else 1
