@@ -198,4 +198,4 @@ def test_a_full_disk_is_an_error_that_says_so(tmp_path):
     line = said.splitlines()[-1]
     assert "BadInput" in line
     assert "cannot be written (File too large) after" in line
-    assert "bag_repair" in line
+    assert "`worm repair" in line

@@ -293,7 +293,10 @@ def _check_range(start_offset_s: float, playback_duration_s: float | None) -> No
 def _choose(path: Path, bag: BagSource, topic: str | None) -> tuple[str, str]:
     """Return name and type of the topic that is to be read."""
     pictures = {key: count for key, count in bag.counts.items() if key[1] in _TYPES}
-    listed = ", ".join(sorted(f"{name} ({kind})" for name, kind in bag.counts)) or "nothing"
+    listed = (
+        ", ".join(sorted(f"{name} ({kind or 'of no known type'})" for name, kind in bag.counts))
+        or "nothing"
+    )
     if not pictures:
         raise BadInput(f"{path}: no topic of pictures ({' or '.join(_TYPES)}); it holds {listed}")
     if topic is not None:

@@ -1,5 +1,6 @@
 """Writes pictures as they come into a rosbag2 directory that a crash leaves readable."""
 
+import shlex
 from contextlib import suppress
 from pathlib import Path
 
@@ -21,7 +22,7 @@ class PictureRecorder:
     """A rosbag2 directory (mcap, zstd chunks with checksums) of one topic.
 
     A chunk goes to the disk as soon as it is full (a megabyte), so that a crash costs the frames
-    of one chunk; what is left can be saved by `worm_tracker.bag_repair`. Room for the last chunk
+    of one chunk; what is left can be saved by `worm repair`. Room for the last chunk
     and the index is kept on the disk all the while: a record that fills it can still be closed
     whole.
 
@@ -141,7 +142,7 @@ class PictureRecorder:
         return BadInput(
             f"{self._file}: cannot be written ({error.strerror}) after {self._count} pictures; "
             "make room, and save what is there with "
-            f"`python -m worm_tracker.bag_repair {self._file} REPAIRED.mcap`"
+            f"`worm repair {shlex.quote(str(self._directory))}`"
         )
 
     def _metadata(self) -> str:

@@ -135,10 +135,11 @@ class _Rows:
 
     def _missing(self, unread: list[int], read: int) -> Iterator[Lost]:
         if unread:
-            rows = f"row {unread[0]}" if len(unread) == 1 else f"{len(unread)} rows"
-            yield Lost(f"{rows} of its messages cannot be read: pages are damaged", len(unread))
-        near = [rowid for rowid in self.messages if rowid <= 2 * len(self.messages) + _FAR]
-        gone = max(near, default=0) - len(self.messages)
+            which = f"row {unread[0]}" if len(unread) == 1 else f"{len(unread)} rows"
+            yield Lost(f"{which} of its messages cannot be read: pages are damaged", len(unread))
+        far = 2 * len(self.messages) + _FAR
+        rows = [rowid for rowid in (*self.messages, *self._pages.indexed_rows()) if rowid <= far]
+        gone = max(rows, default=0) - len(self.messages)
         if gone > 0:
             yield Lost(f"{gone} rows of its messages are gone: pages are damaged", gone)
 

@@ -10,6 +10,7 @@ from typing import BinaryIO
 
 from worm_tracker.bag_scan.decompression import COMPRESSIONS, decompress
 from worm_tracker.bag_scan.found import Found, FoundMessage, Lost, Topic
+from worm_tracker.bag_scan.guessing import guessed_topic
 from worm_tracker.bag_scan.mcap_chunk import ChunkReading, records_in
 from worm_tracker.bag_scan.mcap_records import (
     HEAD,
@@ -146,6 +147,8 @@ class McapScan:
         except (ValueError, struct.error):
             return None
         length = head.data_at + head.compressed_size
+        if length > self._size - at:
+            return None
         data = self._read(at + HEAD.size + length, HEAD.size + _START)
         if len(data) < HEAD.size:
             return None
@@ -203,11 +206,14 @@ class McapScan:
 
     def _message(self, body: bytes, at: int) -> Iterator[Found]:
         channel, sequence, log_ns, publish_ns = MESSAGE_HEAD.unpack_from(body)
+        data = body[MESSAGE_HEAD.size :]
         topic = self._topic(channel)
+        if topic is None or not topic.type:
+            topic = guessed_topic(channel, data, topic)
         if topic is None:
             yield Lost(f"the message at byte {at}: nothing describes its channel {channel}", 1)
         else:
-            yield FoundMessage(topic, log_ns, publish_ns, sequence, body[MESSAGE_HEAD.size :])
+            yield FoundMessage(topic, log_ns, publish_ns, sequence, data)
 
     def _chunk(self, at: int, length: int) -> Generator[Found, None, bool]:
         """Yield what is in a chunk, then what is wrong with it; return whether it was whole."""

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import yaml
 import zstandard
@@ -44,12 +45,17 @@ def _number(file: Path) -> tuple[int, str]:
 
 def listed_files(metadata: Path) -> list[str]:
     """Return the names of the storage files in a metadata.yaml; none where it makes no sense."""
+    names = _metadata(metadata).get("relative_file_paths")
+    return [name for name in names if isinstance(name, str)] if isinstance(names, list) else []
+
+
+def _metadata(file: Path) -> dict[str, Any]:
+    """Return what a metadata.yaml says; nothing where it makes no sense."""
     try:
-        text = metadata.read_text(encoding="utf-8") if metadata.is_file() else ""
-        names = yaml.safe_load(text)["rosbag2_bagfile_information"]["relative_file_paths"]
-        return [name for name in names if isinstance(name, str)]
+        text = file.read_text(encoding="utf-8") if file.is_file() else ""
+        return dict(yaml.safe_load(text)["rosbag2_bagfile_information"])
     except (OSError, ValueError, TypeError, KeyError, RecursionError, yaml.YAMLError):
-        return []
+        return {}
 
 
 def scan_file(file: Path, max_chunk_mib: float = MAX_CHUNK_MIB) -> Iterator[Found]:
@@ -121,6 +127,13 @@ class Survey:
 
 
 def scan_bag(bag: Path, max_chunk_mib: float = MAX_CHUNK_MIB) -> Iterator[Found]:
-    """Yield what is in all storage files of a bag, file after file."""
+    """Yield what is in all storage files of a bag, file after file, then what its index misses."""
+    known = 0
     for file in storage_files(bag):
-        yield from scan_file(file, max_chunk_mib)
+        for found in scan_file(file, max_chunk_mib):
+            known += (found.messages or 0) if isinstance(found, Lost) else 1
+            yield found
+    counted = _metadata(bag / "metadata.yaml").get("message_count")
+    if isinstance(counted, int) and counted > known:
+        why = f"metadata.yaml counts {counted} messages, {known} were found or missed"
+        yield Lost(why, counted - known)

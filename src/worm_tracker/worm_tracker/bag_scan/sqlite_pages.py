@@ -3,6 +3,7 @@
 import os
 import struct
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,8 @@ MAGIC = b"SQLite format 3\x00"
 SIZES = (4096, 1024, 512, 2048, 8192, 16384, 32768, 65536)
 """Page sizes that there are, the usual one first."""
 
-_LEAF = 0x0D
+TABLE, INDEX = 0x0D, 0x0A
+"""First byte of a leaf page."""
 _BLOCK = 256
 _WAL_MAGIC = (0x377F0682, 0x377F0683)
 _WAL_HEAD, _FRAME_HEAD = 32, 24
@@ -100,30 +102,37 @@ class SqlitePages:
         file.seek(at)
         return file.read(self.page_size) or b""
 
-    def leaves(self) -> Iterator[tuple[int, bytes]]:
-        """Yield the leaf pages of tables with their numbers."""
+    def leaves(self, kind: int = TABLE) -> Iterator[tuple[int, bytes]]:
+        """Yield the leaf pages of one kind with their numbers."""
         for first in range(1, self.count + 1, _BLOCK):
             self._file.seek((first - 1) * self.page_size)
             block = self._file.read(_BLOCK * self.page_size)
             kinds = np.frombuffer(block, np.uint8)[:: self.page_size]
-            leaves = {first + int(k) for k in np.flatnonzero(kinds == _LEAF)}
+            leaves = {first + int(k) for k in np.flatnonzero(kinds == kind)}
             leaves |= {n for n in self._newer if first <= n < first + _BLOCK}
             leaves |= {1} if first == 1 else set()
             for number in sorted(leaves):
                 page = self.page(number)
-                if page[100 if number == 1 else 0 :][:1] == bytes([_LEAF]):
+                if page[100 if number == 1 else 0 :][:1] == bytes([kind]):
                     yield number, page
 
     def cells(self, number: int, page: bytes) -> Iterator[Cell]:
-        """Yield the rows of a leaf; those that make no sense are left out."""
-        at = 100 if number == 1 else 0
-        count = int.from_bytes(page[at + 3 : at + 5], "big")
-        room = min(count, (len(page) - at - 8) // 2)
-        for place in struct.unpack_from(f">{max(0, room)}H", page, at + 8):
+        """Yield the rows of a table's leaf; those that make no sense are left out."""
+        for place in _places(number, page):
             try:
                 yield self._cell(page, place)
             except (IndexError, struct.error):
                 continue
+
+    def indexed_rows(self) -> Iterator[int]:
+        """Yield the numbers of the rows that are in the index of an integer column."""
+        for number, page in self.leaves(INDEX):
+            for place in _places(number, page):
+                with suppress(IndexError):
+                    size, at = varint(page, place)
+                    row = columns(page[at : at + size], 2)
+                    if row is not None and len(row) == 2 and isinstance(row[1], int):
+                        yield row[1]
 
     def _cell(self, page: bytes, at: int) -> Cell:
         size, at = varint(page, at)
@@ -151,6 +160,14 @@ class SqlitePages:
             have += len(part)
             number = int.from_bytes(page[:4], "big")
         return b"".join(parts)
+
+
+def _places(number: int, page: bytes) -> tuple[int, ...]:
+    """Return where in a leaf its cells begin."""
+    at = 100 if number == 1 else 0
+    count = int.from_bytes(page[at + 3 : at + 5], "big")
+    room = min(count, (len(page) - at - 8) // 2)
+    return struct.unpack_from(f">{max(0, room)}H", page, at + 8)
 
 
 def varint(data: bytes, at: int) -> tuple[int, int]:
