@@ -6,6 +6,8 @@ import tempfile
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -18,8 +20,8 @@ from worm_bringup.results_directory import Kept, check_out, results_directory
 from worm_msgs_py.errors import BadInput
 
 OURS = [*TABLES, "report.html", "bag/metadata.yaml", "bag/bag.mcap"]
-FOREIGN = ["notes.txt", "bag/notes.txt", "bag/other.mcap", "figures/fig-1.svg", "tracks.parquet~",
-           "Report.html", "bag/deep/bag.mcap", "link"]  # fmt: skip
+FOREIGN = ["notes.txt", "bag/notes.txt", "bag/other.mcap", "bag/bag_0.mcap", "figures/fig-1.svg",
+           "tracks.parquet~", "Report.html", "bag/deep/bag.mcap", "link"]  # fmt: skip
 
 
 def put(directory, name):
@@ -257,6 +259,19 @@ def test_what_a_killed_live_trial_left_is_never_removed(tmp_path, capsys):
     write_new(tmp_path / "out")
     assert (left / "tracks.parquet").read_text() == "all that there is"
     assert str(left) in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("live", "frames"), [(True, 3), (True, 0), (False, 3)])
+def test_an_unfinished_live_trial_is_kept_and_told_and_nothing_else(tmp_path, capsys, live, frames):
+    with suppress(BrokenError), results_directory(tmp_path / "out", live=live) as partial:
+        pq.write_table(pa.table({"frame": list(range(frames))}), partial / "tracks.parquet")
+        raise BrokenError
+    kept = tmp_path / "out-unfinished"
+    if live and frames:
+        assert pq.read_metadata(kept / "tracks.parquet").num_rows == frames
+        assert str(kept) in capsys.readouterr().err
+    else:
+        assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("purpose", ["live", "partial"])

@@ -30,7 +30,7 @@ class ResultKind:
 _UNFINISHED = r"|\.(summary\.json|report\.html)\.[0-9a-f]{8}\.part"
 TRIAL = ResultKind(
     r"(tracks|contacts|passages)\.parquet|summary\.json|report\.html"
-    r"|bag/(metadata\.yaml|bag(_\d+)?\.mcap)" + _UNFINISHED,
+    r"|bag/(metadata\.yaml|bag\.mcap)" + _UNFINISHED,
     frozenset({"bag"}),
 )
 """Of `worm replay`, `worm live` and `worm analyse`."""

@@ -11,6 +11,9 @@ from itertools import count
 from pathlib import Path
 from typing import TypeGuard
 
+import pyarrow as pa
+import pyarrow.parquet as pq
+
 from worm_bringup.earlier_result import (
     TRIAL,
     ResultKind,
@@ -25,6 +28,7 @@ from worm_msgs_py.errors import BadInput
 from worm_msgs_py.running import finish_despite_signals
 from worm_msgs_py.text import printable
 
+_PARQUET_MAGIC = b"PAR1"
 _OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.EFBIG, errno.EACCES)
 
 
@@ -101,7 +105,7 @@ def results_directory(out: Path, kind: ResultKind = TRIAL, *, live: bool = False
             yield partial
         except BaseException as error:
             with finish_despite_signals():
-                _save_or_remove(partial, place, out, kind, error)
+                _save_or_remove(partial, place, out, kind, error, live=live)
                 if _is_of_the_disk(error, partial):
                     raise _cannot_write(out, error) from error
                 raise
@@ -110,10 +114,21 @@ def results_directory(out: Path, kind: ResultKind = TRIAL, *, live: bool = False
 
 
 def _save_or_remove(
-    partial: Path, place: Path, out: Path, kind: ResultKind, error: BaseException
+    partial: Path,
+    place: Path,
+    out: Path,
+    kind: ResultKind,
+    error: BaseException,
+    *,
+    live: bool,
 ) -> None:
-    """Keep what is whole after an error, and say where; remove what is not."""
+    """Keep what is whole after an error, and what cannot be had again; remove what is neither."""
     if not holds_summary(partial):
+        if live and _has_frames(partial):
+            unfinished = place.with_name(f"{place.name}-unfinished")
+            kept = _shown(_keep(partial, unfinished, try_first=unfinished), out)
+            _tell(f"{kept}: the tables and the bag of the trial until then, without a summary")
+            return
         with suppress(OSError):
             remove_result(partial, kind)
         return
@@ -199,6 +214,15 @@ def _tidy(place: Path, out: Path, kind: ResultKind) -> None:
 
 def _tell(said: str) -> None:
     print(f"worm: {printable(said)}", file=sys.stderr)
+
+
+def _has_frames(partial: Path) -> bool:
+    """Tell whether a trial has begun; a table that a full disk has cut counts too."""
+    table = partial / "tracks.parquet"
+    try:
+        return bool(pq.read_metadata(table).num_rows)
+    except (OSError, pa.ArrowException):
+        return table.is_file() and table.stat().st_size > len(_PARQUET_MAGIC)
 
 
 def _new_beside(place: Path, purpose: str) -> Path:
