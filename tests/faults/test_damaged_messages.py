@@ -24,7 +24,8 @@ from played_bags import Played, write_raw_mcap
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
-from worm_msgs_py import SourceEventKind
+from worm_bringup.summary import Trial, build_summary
+from worm_msgs_py import SourceEvent, SourceEventKind
 from worm_msgs_py.errors import BadInput, BadPicture
 from worm_tracker.bad_messages import MOST_EVENTS, BadMessages
 from worm_tracker.bag_pictures import BagPictures
@@ -214,3 +215,17 @@ def test_a_recording_may_begin_at_zero(tmp_path):
     from_zero = [k * PERIOD_NS for k in range(20)]
     played = stamped(from_zero, from_zero)(tmp_path)
     assert played == [(t, k, "") for k, t in enumerate(from_zero)]
+
+
+def test_the_summary_lists_events_alike_whichever_node_was_heard_first():
+    events = [
+        SourceEvent(kind, frame, frame, why, count=1)
+        for frame in (3, 9)
+        for kind, why in ((SourceEventKind.LOST, "a chunk"), (SourceEventKind.BAD_MESSAGE, "cut"))
+    ]
+    one, other = (
+        build_summary(Trial(source_events=order), {})["source_events"]
+        for order in (events, events[::-1])
+    )
+    assert one == other
+    assert [entry["frame"] for entry in one] == [3, 3, 9, 9]
