@@ -259,7 +259,7 @@ def in_words(outcomes: list[dict[str, Any]]) -> str:
         "refused with one line, with --salvage": sum(o["salvage_refused"] for o in outcomes),
         "messages recorded": total["recorded"],
         "… that an independent scan reads": total["readable"],
-        "… of these, read with --salvage": f"{total['saved']} ({share:.2f} %)",
+        "… of these, saved by `worm repair`": f"{total['saved']} ({share:.2f} %)",
     }
     return "\n".join(f"| {what} | {number} |" for what, number in rows.items())
 
