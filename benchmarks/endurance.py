@@ -53,16 +53,18 @@ def replay(
             NodeSpec("worm_tracker.replay_node", "image_source", {"bag": str(bag)}),
             {"bag": bag.name},
         )
-        checkpoints = _Counted(CheckpointFolder(out), trial.fingerprint, say=print)
-        began_s = time.monotonic()
+        checkpoints = _Timed(CheckpointFolder(out), trial.fingerprint, say=print)
+        began_s, began_cpu_s = time.monotonic(), time.process_time()
         with sampled_memory() as trace:
             run_trial(trial, out, trace.progress, checkpoints=checkpoints)
         elapsed_s = time.monotonic() - began_s
+        cost = checkpoints.spent_s / (time.process_time() - began_cpu_s)
         rows = pq.read_metadata(out / "tracks.parquet").num_rows
     title = f"replay of {frames} frames, {side_px} x {side_px} px"
     draw({title: trace}, figure)
     print(
-        f"{rows} rows in {elapsed_s / 60:.1f} min, {checkpoints.made} checkpoints; "
+        f"{rows} rows in {elapsed_s / 60:.1f} min, {checkpoints.made} checkpoints "
+        f"({cost:.1%} of the processor's time); "
         f"peak {max(trace.resident_mib):.0f} MiB, "
         f"{trace.growth():+.2%} after the first minute; {figure}"
     )
@@ -70,14 +72,17 @@ def replay(
         raise SystemExit(f"{frames} frames were replayed, {rows} have a row")
 
 
-class _Counted(Checkpoints):
-    """Checkpoints that are counted."""
+class _Timed(Checkpoints):
+    """Checkpoints that are counted, and what they cost of the processor."""
 
     made = 0
+    spent_s = 0.0
 
     def save(self) -> None:
-        self.made += 1
+        began_s = time.process_time()
         super().save()
+        self.spent_s += time.process_time() - began_s
+        self.made += 1
 
 
 def looped_film(side_px: int) -> Iterator[tuple[int, bytes]]:
