@@ -7,7 +7,7 @@ import pytest
 from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.parameter import Parameter
 from rosbags.rosbag2 import Reader
-from std_msgs.msg import UInt64
+from std_msgs.msg import Float64MultiArray, UInt64
 
 from worm_bringup.recorder_node import RecorderNode
 from worm_bringup.recording import Recording
@@ -173,6 +173,20 @@ def test_the_recorder_is_done_when_it_holds_all_that_was_sent(graph):
     assert summary["provenance"] == {"bag": "x"}
     assert pq.read_metadata(out / "tracks.parquet").num_rows == burst
     assert (out / "bag" / "metadata.yaml").exists()
+
+
+def test_a_burst_of_estimates_is_not_lost(graph):
+    """Of a film of a picture a second each of the held frames brings eight distributions."""
+    recorder, sender, executor, _ = graph
+    burst = 8 * 512
+    for _ in range(burst):
+        sender.results[topics.ANALYSIS_DISTRIBUTIONS].publish(Float64MultiArray())
+    sender.send_frame(0)
+    sender.end.publish(convert.count_to_msg(1))
+    sender.ledger.announce()
+    drain(executor)
+    assert recorder.missing == ""
+    assert recorder.done
 
 
 def test_a_message_that_was_sent_and_did_not_come_is_named(graph):

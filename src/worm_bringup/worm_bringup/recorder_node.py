@@ -15,7 +15,7 @@ from std_msgs.msg import UInt64
 
 from worm_bringup.recording import Recording
 from worm_bringup.result_bag import ResultBag
-from worm_msgs_py import convert, topics
+from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import read_announcement
@@ -61,6 +61,7 @@ class RecorderNode(WormNode):
         self._provenance = json.loads(
             self.read_parameter("provenance", "{}", "JSON object for the summary")
         )
+        self._bag_dropped = False
         with _told_in_a_line():
             self._recording = Recording(out)
             self._bag = ResultBag(out / "bag")
@@ -161,7 +162,12 @@ class RecorderNode(WormNode):
         self._received[topic] += 1
         if self._recording.rows != before:
             self._progress.publish(convert.count_to_msg(self._recording.rows))
-        self._bag.write(topic, self._stamp_ns, data)
+        try:
+            self._bag.write(topic, self._stamp_ns, data)
+        except OSError as error:
+            self._drop_bag(error)
+        if self._recording.waiting:
+            self._make_room(self._recording.commit)
         if self.journal is not None:
             self.journal.append((topic, data))
         self._finish_if_whole()
@@ -207,9 +213,13 @@ class RecorderNode(WormNode):
         assert self._frames is not None
         self._recording.trial.frames_read = self._frames
         self._recording.trial.ignored_messages = self._all_ignored()
-        self._bag.close()
+        try:
+            self._bag.close()
+        except OSError as error:
+            self._drop_bag(error)
         if self._frames:  # a trial without one frame has no results
-            self._recording.finish(self._provenance)  # last: where the summary is, all is
+            finish = partial(self._recording.finish, self._provenance)
+            self._make_room(finish)  # last: where the summary is, all is
         self._done = True
 
     def _all_ignored(self) -> dict[str, int]:
@@ -221,6 +231,25 @@ class RecorderNode(WormNode):
         counts = [*self._ignored_by, ignored_here]
         names = sorted({topic for ignored in counts for topic in ignored})
         return {name: max(ignored.get(name, 0) for ignored in counts) for name in names}
+
+    def _make_room(self, write: Callable[[], None]) -> None:
+        """Write; where the disk is full, once more without the bag."""
+        try:
+            write()
+        except OSError as error:
+            if self._bag_dropped:
+                raise
+            self._drop_bag(error)
+            write()
+
+    def _drop_bag(self, error: OSError) -> None:
+        """Leave the bag out of the results, and say so in them."""
+        self._bag_dropped = True
+        self._bag.drop()
+        why = f"bag/ is left out of the results: {error.strerror}"
+        self._recording.trial.source_events.append(
+            SourceEvent(SourceEventKind.RECORD_STOPPED, self._recording.rows, self._stamp_ns, why)
+        )
 
 
 def _deserialised(data: bytes, kind: type) -> Any:

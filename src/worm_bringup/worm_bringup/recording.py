@@ -84,6 +84,16 @@ class Recording:
         self.trial.statuses = dict(self._statuses)
         write_summary(self._directory / "summary.json", build_summary(self.trial, provenance))
 
+    @property
+    def waiting(self) -> bool:
+        """Whether rows are not on the disk because it is full."""
+        return any(table.waiting for table in (self._tracks, self._contacts, self._passages))
+
+    def commit(self) -> None:
+        """Put what waits onto the disk; OSError where it does not fit."""
+        for table in (self._tracks, self._contacts, self._passages):
+            table.commit()
+
     def close(self) -> None:
         """Close the tables, whole or not."""
         for table in (self._tracks, self._contacts, self._passages):

@@ -1,5 +1,7 @@
 """The results' own bag: every result topic as it was sent, in rosbag2's mcap form."""
 
+import shutil
+from contextlib import suppress
 from pathlib import Path
 
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -23,6 +25,8 @@ class ResultBag:
     """A rosbag2 directory that takes serialised messages; the topics are `interfaces.RESULTS`."""
 
     def __init__(self, path: Path):
+        self._path = path
+        self._is_open = True
         store = get_typestore(Stores.ROS2_JAZZY)
         self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
@@ -39,11 +43,21 @@ class ResultBag:
 
     def write(self, topic: str, stamp_ns: int, data: bytes) -> None:
         """Append one serialised message; the stamp is that of the frame that it comes from."""
-        self._writer.write(self._connections[topic], stamp_ns, data)
+        if self._is_open:
+            self._writer.write(self._connections[topic], stamp_ns, data)
 
     def close(self) -> None:
         """Write the index and metadata.yaml."""
-        self._writer.close()
+        if self._is_open:
+            self._writer.close()
+            self._is_open = False
+
+    def drop(self) -> None:
+        """Remove the bag, which only repeats the tables and the pictures, to make room for them."""
+        self._is_open = False
+        with suppress(OSError):
+            self._writer.storage.bio.close()  # type: ignore[union-attr]  # its own close writes
+        shutil.rmtree(self._path, ignore_errors=True)
 
 
 def _type_name(kind: type) -> str:

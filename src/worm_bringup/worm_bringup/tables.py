@@ -5,6 +5,7 @@ radians because it is unwrapped.
 """
 
 from collections.abc import Mapping
+from contextlib import suppress
 from math import degrees
 from pathlib import Path
 from types import TracebackType
@@ -14,6 +15,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from worm_msgs_py import Attempt, BodyState, Episode, Keypoint, Midline, Observables, Visit
+from worm_tracker.record_file import RecordFile
 
 _POINTS = ("head", "centroid", "tail")
 _REAL = pa.float64()
@@ -171,18 +173,35 @@ class TableWriter:
     def __init__(self, path: Path, schema: pa.Schema):
         self._schema = schema
         self._rows: list[Row] = []
-        self._writer = pq.ParquetWriter(path, schema, compression="zstd")
+        self._file = RecordFile(path)
+        self._writer = pq.ParquetWriter(self._file, schema, compression="zstd")
+        self._file.commit()
+
+    @property
+    def waiting(self) -> bool:
+        """Whether rows are not on the disk because it is full: make room, and `commit`."""
+        return self._file.waiting > 0
 
     def append(self, row: Row) -> None:
         """Add a row; columns that it lacks are null."""
         self._rows.append(row)
         if len(self._rows) >= self._GROUP_ROWS:
             self._flush()
+            with suppress(OSError):  # it is tried again
+                self._file.commit()
+
+    def commit(self) -> None:
+        """Put what waits onto the disk; OSError where it does not fit."""
+        self._file.commit()
 
     def close(self) -> None:
-        """Write what is left and the footer."""
+        """Write what is left and the footer; OSError where they do not fit: try again."""
+        if self._file.closed:
+            return
         self._flush()
         self._writer.close()
+        self._file.commit()
+        self._file.close()
 
     def __enter__(self) -> Self:
         return self

@@ -21,8 +21,9 @@ def _profile(
 RESULT = _profile(RESULT_DEPTH, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 """States, poses, events: nothing may be lost."""
 
-LATCHED = _profile(64, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
-"""Geometry, correlation, distributions: a late subscriber gets the last ones."""
+LATCHED = _profile(RESULT_DEPTH, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+"""Geometry, correlation, distributions: a late subscriber gets the last ones. As deep as the
+others: of a slow film every state that was held back may bring estimates, all at once."""
 
 IMAGE_REPLAY = _profile(16, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 """Replayed pictures: deeper than the source's window of frames in flight."""
