@@ -9,7 +9,6 @@ import pytest
 from mjpeg_server import mjpeg_server
 from picture_bags import image, numbered_picture, serialised
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_msgs.msg import UInt64
 
@@ -27,6 +26,7 @@ from worm_msgs_py.errors import BadInput
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW
+from worm_msgs_py.worm_node import WormNode
 from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.camera_node import CameraNode
 from worm_tracker.live_record import LiveRecord
@@ -139,11 +139,11 @@ def test_tracking_goes_on_where_the_record_has_stopped(ros_context, small_disk):
     assert "tracking goes on" in stopped.why
 
 
-class Sender(Node):
+class Sender(WormNode):
     """Stands for all other nodes: sends a frame's results through a ledger."""
 
     def __init__(self, context):
-        super().__init__("sender", context=context, start_parameter_services=False)
+        super().__init__("sender", context=context)
         self.ledger = Ledger(self)
         self.results = {
             topic: self.ledger.publisher(kind, topic, qos) for topic, (kind, qos) in RESULTS.items()

@@ -2,6 +2,9 @@
 
 import math
 
+_LONGEST_S = 3600.0
+"""A frame that is said to be shown for longer is not waited for."""
+
 
 class FilmPace:
     """Turns the times of a container into times that grow from 0, frame by frame.
@@ -32,7 +35,7 @@ class FilmPace:
             self._first_s, self._last_s = container_s if math.isfinite(container_s) else 0.0, 0.0
             return 0.0
         due_s = container_s - self._first_s
-        if not (math.isfinite(due_s) and due_s > self._last_s):
+        if not self._last_s < due_s <= self._last_s + _LONGEST_S:
             self.guessed += 1
             due_s = self._last_s + self._period_s
         self._last_s = due_s
