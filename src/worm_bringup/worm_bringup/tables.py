@@ -168,7 +168,7 @@ class TableWriter:
     The bytes depend on the rows alone.
     """
 
-    _GROUP_ROWS = 4096
+    _GROUP_ROWS = 512
 
     def __init__(self, path: Path, schema: pa.Schema):
         self._schema = schema
