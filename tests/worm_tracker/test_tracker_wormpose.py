@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from worm_tracker.midline.contour_midline import arc_length
+from worm_tracker.midline.curve import arc_length
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 

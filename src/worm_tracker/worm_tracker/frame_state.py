@@ -1,16 +1,19 @@
 """From an observation, its head and the rig to what the tracker says of a frame."""
 
+from dataclasses import dataclass
 from math import atan2, hypot, isfinite
 
 import numpy as np
 
+from worm_msgs_py.arrays import Floats
 from worm_msgs_py.body import BodyState, Keypoint, Midline, TrackedFrame
 from worm_msgs_py.chamber import Chamber, Geometry
 from worm_msgs_py.frames import CAMERA, CHAMBER_A, Where
-from worm_tracker.midline.contour_midline import Floats, arc_length
+from worm_tracker.midline.curve import arc_length
 from worm_tracker.observation import Observation
 
 NAN = float("nan")
+_UNKNOWN = np.full(2, NAN)
 PASSAGE_SLACK = 1.2
 """How much wider than the exit the stretch is that counts as the passage: the head is a point on
 the body's edge, and W is known to a pixel."""
@@ -19,13 +22,32 @@ UNSEEN_EXIT = 1.03
 yet."""
 
 
+@dataclass(eq=False, slots=True)
+class PendingFrame:
+    """A frame that waits.
+
+    Attributes
+    ----------
+    frame, stamp_ns : int
+    observation : Observation
+        What its picture says; in the chain's order once it has been linked.
+    geometry : Geometry or None
+        The rig in it.
+    reliability : float
+        Of its link to the frame before, 0.5 to 1.
+    """
+
+    frame: int
+    stamp_ns: int
+    observation: Observation
+    geometry: Geometry | None
+    reliability: float = 1.0
+
+
 def tracked_frame(
-    frame: int,
-    stamp_ns: int,
-    seen: Observation,
+    pending: PendingFrame,
     head_first: bool,
     head_certainty: float,
-    geometry: Geometry | None,
     px_per_mm: float = NAN,
     home: str = "",
 ) -> TrackedFrame:
@@ -33,65 +55,68 @@ def tracked_frame(
 
     Parameters
     ----------
-    frame, stamp_ns : int
-        Number and stamp of the frame.
-    seen : Observation
-        What the picture says.
+    pending : PendingFrame
     head_first : bool
-        Whether the midline's first point is the head.
+        Whether its midline's first point is the head.
     head_certainty : float
         How sure that is, 0.5 to 1.
-    geometry : Geometry or None
-        The rig; None where it has not been found yet.
     px_per_mm : float
         Scale of pictures without a chamber; NaN where it is not known.
     home : str
         `frame_id` of the frame before, the chamber that a head in the passage came from; empty
         for the first frame.
     """
-    points = seen.points if head_first else seen.points[::-1]
-    widths = seen.widths if head_first else seen.widths[::-1]
-    head_hidden, tail_hidden = seen.hidden if head_first else seen.hidden[::-1]
-    anchor = points[0] if len(points) else np.array([seen.u, seen.v])
-    chamber, where = locate(geometry, anchor, home)
+    seen = pending.observation if head_first else pending.observation.reversed()
+    geometry = pending.geometry
+    points, body, centre = seen.points, seen.has_midline, np.array([seen.u, seen.v])
+    chamber, where = locate(geometry, points[0] if body else centre, home)
     scale = 1e3 * px_per_mm if chamber is None else chamber.px_per_m
-    body = len(points) > 0
-    length = float(arc_length(points)[-1]) if body and not any(seen.hidden) else NAN
-    head, tail = (Keypoint(), Keypoint())
-    if body and not head_hidden:
-        head = _keypoint(points[0], points[0] - _along(points, 0.1), chamber, scale)
-    if body and not tail_hidden:
-        tail = _keypoint(points[-1], _along(points, 0.9) - points[-1], chamber, scale)
-    centre = np.array([seen.u, seen.v])
-    heading = points[0] - centre if body and not head_hidden else np.full(2, NAN)
+    length = float(arc_length(points)[-1]) if body and not any(seen.occluded) else NAN
+    head_seen = body and not seen.occluded[0]
+    head, tail = _tips(seen, chamber, scale)
     state = BodyState(
-        frame=frame,
-        stamp_ns=stamp_ns,
+        frame=pending.frame,
+        stamp_ns=pending.stamp_ns,
         frame_id=chamber.name if chamber else CAMERA,
-        where=where if body and not head_hidden else Where.UNKNOWN,
+        where=where if head_seen else Where.UNKNOWN,
         status=seen.status,
         geometry=geometry.version if chamber and geometry else 0,
         confidence=seen.confidence,
         head_certainty=head_certainty if body else 0.5,
         head=head,
-        centroid=_keypoint(centre, heading, chamber, scale),
+        centroid=_keypoint(centre, points[0] - centre if head_seen else _UNKNOWN, chamber, scale),
         tail=tail,
         length_px=length,
         width_px=seen.width,
         length_m=length / scale,
         width_m=seen.width / scale,
     )
-    if not body:
-        return TrackedFrame(state, Midline.empty())
-    s, widths = arc_length(points), widths.copy()
-    if any(seen.hidden):
+    return TrackedFrame(state, _midline(seen, chamber, scale) if body else Midline.empty())
+
+
+def _tips(seen: Observation, chamber: Chamber | None, scale: float) -> tuple[Keypoint, Keypoint]:
+    """Return head and tail of an observation, head first; without coordinates if not seen."""
+    points, head, tail = seen.points, Keypoint(), Keypoint()
+    if seen.has_midline and not seen.occluded[0]:
+        head = _keypoint(points[0], points[0] - _along(points, 0.1), chamber, scale)
+    if seen.has_midline and not seen.occluded[1]:
+        tail = _keypoint(points[-1], _along(points, 0.9) - points[-1], chamber, scale)
+    return head, tail
+
+
+def _midline(seen: Observation, chamber: Chamber | None, scale: float) -> Midline:
+    """Return the midline of an observation, head first; NaN where it was not seen."""
+    points, widths = seen.points, seen.widths.copy()
+    s = arc_length(points)
+    if any(seen.occluded):
+        head, tail = seen.occluded
         unseen = np.ones(len(points), bool)
-        unseen[head_hidden : len(points) - tail_hidden] = False
+        unseen[head : len(points) - tail] = False
         points, s[unseen], widths[unseen] = points.copy(), NAN, NAN
         points[unseen] = NAN
     x, y = _metres(points[:, 0], points[:, 1], chamber, scale)
     u, v = np.ascontiguousarray(points.T)
-    return TrackedFrame(state, Midline(u, v, x, y, s, widths))
+    return Midline(u, v, x, y, s, widths)
 
 
 def _keypoint(point: Floats, direction: Floats, chamber: Chamber | None, scale: float) -> Keypoint:

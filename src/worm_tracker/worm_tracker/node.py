@@ -24,7 +24,7 @@ from worm_msgs_py.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
 from worm_msgs_py.running import run_alone
 from worm_msgs_py.worm_node import WormNode
 from worm_tracker.bad_messages import BadMessages
-from worm_tracker.head_tail import Exchange, ExchangeKind
+from worm_tracker.head_tail.identity import Exchange, ExchangeKind
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.pictures import PictureDecoder
 from worm_tracker.tracker import Tracker

@@ -1,11 +1,12 @@
 """What one picture says of the worm, before anyone knows which end is the head."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from worm_msgs_py.arrays import Floats
 from worm_msgs_py.status import Status
-from worm_tracker.midline.contour_midline import Floats
+from worm_tracker.detection.detection import Detection
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -16,15 +17,19 @@ class Observation:
     ----------
     status : Status
     u, v : float
-        Centroid of the body's area; NaN where there is none.
+        Centroid of the body's area, pixels; NaN where there is none.
     points, widths : ndarray
-        Midline (POINTS, 2) and widths (POINTS,); empty where there is none.
+        Midline (TRACKED_POINTS, 2) and widths (TRACKED_POINTS,); empty where there is none.
     confidence : float
         How well the body explains the picture, 0 to 1.
     width : float
         Mean width over the middle four fifths; NaN where there is no midline.
-    hidden : tuple of int
+    occluded : tuple of int
         How many points at the midline's first, and last, end were not seen but supposed.
+    appearance : ndarray, shape (n,), or None
+        How the first half of an open body differs in looks from the last one.
+    unresolved : Detection or None
+        Where the body is coiled: what a later frame needs to tell how it lay.
     """
 
     status: Status
@@ -34,4 +39,21 @@ class Observation:
     widths: Floats = field(default_factory=lambda: np.empty(0))
     confidence: float = 0.0
     width: float = float("nan")
-    hidden: tuple[int, int] = (0, 0)
+    occluded: tuple[int, int] = (0, 0)
+    appearance: Floats | None = None
+    unresolved: Detection | None = None
+
+    @property
+    def has_midline(self) -> bool:
+        """Whether the body was resolved."""
+        return len(self.points) > 0
+
+    def reversed(self) -> "Observation":
+        """Return the observation with its midline the other way round."""
+        return replace(
+            self,
+            points=self.points[::-1],
+            widths=self.widths[::-1],
+            occluded=self.occluded[::-1],
+            appearance=None if self.appearance is None else -self.appearance,
+        )

@@ -1,95 +1,98 @@
-"""Carries a midline on to the next picture, where the outline gives none: slid, else fitted."""
+"""Propagates a midline where the contour gives none: forwards, and backwards out of a coil.
 
-from dataclasses import dataclass
+A body is slid along itself into the next picture; where that does not explain the object, a
+deformable body is fitted. Where a body cannot be followed into a coil, or the film begins with one,
+the midline is propagated backwards in time from the first frame that has one again: a worm that
+opens tells how it lay.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from math import log
 
 import numpy as np
-from numpy.typing import NDArray
 
+from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.status import Status
-from worm_tracker.body_model import Known, end_displacement, mean_width
-from worm_tracker.detection.detector import Sight
-from worm_tracker.detection.object_mask import centroid_of, object_mask
-from worm_tracker.midline.contour_midline import Floats, as_points
-from worm_tracker.midline.deformable_fit import fit_body, overlap
-from worm_tracker.midline.path import Trail, sharpest_turn, trail_of
-from worm_tracker.midline.path_following import Slender, slide
-from worm_tracker.midline.refine import Fine
+from worm_tracker.detection.detection import Detection
+from worm_tracker.midline.body_model import BodyModel, end_displacement, mean_width
+from worm_tracker.midline.curve import as_points
+from worm_tracker.midline.deformable_fit import BodyFitSettings, fit_body, mask_overlap
+from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
+from worm_tracker.midline.path_following import (
+    ExpectedBody,
+    PathFollowingSettings,
+    slide_along_path,
+)
+from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.observation import Observation
-
-WAY_COST, STRETCH_COST = 0.3, 1.0
-"""What moving an end by a length, and a unit of log stretch, take off a carried body's overlap."""
-FREE_STRETCH = 0.05
-"""Log of the length that costs nothing."""
-LESS = 0.02
-"""How much less than expected a body slid along itself may be worth before others are tried."""
-EXPECTED = 0.95
-"""What a body is expected to be worth that touches itself for the first time."""
-FORGET = 0.005
-"""What the expected worth loses in a frame."""
-SHARP_LESS = 0.02
-"""How much less a body below a pixel may be worth than the fitted one that it was made of."""
-MOST_TURN, KINK_COST = 2.0, 0.15
-"""Turn over a width (radians) beyond which a midline has a kink, and what a radian more takes off:
-half a turn in a width is that of a body laid double."""
-LENGTH_RECALL = 0.05
-"""How fast an unseen tip lets the length return to the known one."""
+from worm_tracker.worm_track import PropagatedBody
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Carried:
-    """A midline carried on.
+@dataclass(frozen=True, slots=True)
+class PropagationSettings:
+    """What a propagated body must explain of the picture, and what it may change."""
 
-    Attributes
-    ----------
-    trail : Trail
-        The midline, in the picture's coordinates and in the order of the last one.
-    worth : float
-        Intersection over union of body and object, less what its kinks cost.
-    expected : float
-        What the next one should be worth: it falls slowly where this one was worth more.
-    """
+    first_expected_agreement: float = 0.95
+    """What a body is expected to agree with the picture that touches itself for the first time."""
+    expected_agreement_lost_per_frame: float = 0.005
+    """What that expectation loses in a frame: a tighter coil is drawn less well."""
+    most_agreement_lost_sliding: float = 0.02
+    """How much less than expected a slid body may have before others are tried."""
+    most_agreement_lost_resliding: float = 0.02
+    """How much less than the fitted body the one slid from it, below a pixel, may have."""
+    end_displacement_cost_per_length: float = 0.3
+    """What moving an end by a length takes off a body's score."""
+    log_stretch_cost: float = 1.0
+    """What a unit of log length takes off it."""
+    free_log_stretch: float = 0.05
+    """Log of the length over the known one that costs nothing: a worm's own stroke."""
+    most_turn_rad_per_width: float = 2.0
+    """Turn over a width beyond which a midline has a kink: half a turn is a body laid double."""
+    kink_cost_per_rad: float = 0.15
+    """What a radian more takes off its agreement."""
+    length_return_per_frame: float = 0.05
+    """How fast an unseen tip lets the length return to the known one."""
+    least_agreement_backwards: float = 0.75
+    """What a body that is propagated backwards must have: nothing else supports it."""
+    most_agreement_lost_backwards: float = 0.04
+    """How much less than expected it may have."""
+    most_fits_backwards: int = 12
+    """Pictures in which a body may be fitted that does not slide there: many would take long."""
+    path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
+    fit: BodyFitSettings = field(default_factory=BodyFitSettings)
 
-    trail: Trail
-    worth: float
-    expected: float = EXPECTED
 
-    @property
-    def points(self) -> Floats:
-        """The midline, shape (POINTS, 2)."""
-        return self.trail.points
-
-    def after(self, last: "Carried", offset: complex) -> "Carried":
-        """Return it in the picture's coordinates, and with what is expected of the next one."""
-        expected = max(self.worth, last.expected - FORGET)
-        return Carried(self.trail.shifted(offset), self.worth, expected)
+PROPAGATION = PropagationSettings()
 
 
-def carry(
-    sight: Sight,
-    known: Known,
-    last: Carried,
+def propagate(
+    detection: Detection,
+    model: BodyModel,
+    last: PropagatedBody,
     before: Floats | None,
     frames: int,
-    fine: Fine | None,
-) -> Carried:
-    """Carry the worm's body on to an object that touches itself, from where the body was.
+    contour_body: RefinedMidline | None,
+    settings: PropagationSettings = PROPAGATION,
+) -> PropagatedBody:
+    """Propagate the worm's body to an object that touches itself, from where the body was.
 
     Parameters
     ----------
-    sight : Sight
+    detection : Detection
         The object.
-    known : Known
+    model : BodyModel
         The worm.
-    last : Carried
-        Its midline in the last picture that gave one.
-    before : ndarray, shape (POINTS, 2), or None
-        That in the one before, in the same order.
+    last : PropagatedBody
+        Where it was in the last picture that gave a midline.
+    before : ndarray, shape (TRACKED_POINTS, 2), or None
+        Its midline in the one before, in the same order.
     frames : int
         How many frames ago that was, 1 for the next.
-    fine : Fine or None
-        A midline that the outline gave, and that cannot continue the last one: the better of both
+    contour_body : RefinedMidline or None
+        A midline that the contour gave, and that cannot continue the last one: the better of both
         is taken.
+    settings : PropagationSettings
 
     Notes
     -----
@@ -97,97 +100,162 @@ def carry(
     else is tried. Else a deformable body is fitted from there, and slid once more where it was
     found, which brings it below a pixel.
     """
-    scene, offset = _scene(sight, known, last, frames)
-    found = scene.slid(scene.last)
-    if found is not None and found.worth >= last.expected - LESS and not scene.leaps(found):
-        return found.after(last, offset)
+    scene = _Scene.of(detection, model, last, frames, settings)
+    slid = scene.slid(scene.last)
+    enough = last.expected_agreement - settings.most_agreement_lost_sliding
+    if slid is not None and slid.agreement >= enough and not scene.leaps(slid):
+        return scene.in_picture(slid)
     starts = [scene.last.points]
     if before is not None:
-        starts.append(2 * last.points - before - as_points(np.array([offset])))
-    found = scene.best(found, starts, fine, offset)
-    return found.after(last, offset)
+        starts.append(2 * last.points - before - as_points(np.array([scene.origin])))
+    return scene.in_picture(scene.best(slid, starts, contour_body))
 
 
-def observed(sight: Sight, points: Floats, known: Known, confidence: float) -> Observation:
-    """Return the observation of a carried midline; the centroid is that of what is seen."""
-    u, v = centroid_of(sight)
-    width = mean_width(known.widths)
-    return Observation(Status.TRACKED, u, v, points, known.widths, confidence, width)
+def observation_of(
+    detection: Detection, body: PropagatedBody, model: BodyModel, confidence: float
+) -> Observation:
+    """Return the observation of a propagated body; the centroid is that of what is seen."""
+    u, v = detection.centroid()
+    width = mean_width(model.widths)
+    return Observation(Status.TRACKED, u, v, body.points, model.widths, confidence, width)
 
 
-def slide_on(sight: Sight, known: Known, last: Carried) -> Carried | None:
-    """Slide the worm's body along itself, and try nothing else; None where that leads nowhere.
+def propagate_back(
+    model: BodyModel,
+    opened: Observation,
+    detections: Sequence[Detection],
+    settings: PropagationSettings = PROPAGATION,
+) -> Iterator[Observation]:
+    """Propagate a midline back through the pictures before it.
 
     Parameters
     ----------
-    sight : Sight
-        The object.
-    known : Known
+    model : BodyModel
         The worm.
-    last : Carried
-        Its midline a frame before, or a frame after.
+    opened : Observation
+        The frame that has a midline, in the order of the body model's widths.
+    detections : sequence of Detection
+        The object in the pictures before, the latest first.
+    settings : PropagationSettings
+
+    Yields
+    ------
+    Observation
+        For each of these pictures, until the body no longer explains the object.
     """
-    scene, offset = _scene(sight, known, last, 1)
-    found = scene.slid(scene.last)
-    return None if found is None or scene.leaps(found) else found.after(last, offset)
+    path = path_of(opened.points, None, model.width)
+    last = PropagatedBody(path, opened.confidence, opened.confidence)
+    before: Floats | None = None
+    fits = 0
+    for detection in detections:
+        least = last.expected_agreement - settings.most_agreement_lost_backwards
+        found = _slid_only(detection, model, last, settings)
+        poor = found is None or found.agreement < least
+        if poor and fits < settings.most_fits_backwards:
+            fits += 1
+            found = propagate(detection, model, last, before, 1, None, settings)
+        if found is None or found.agreement < max(settings.least_agreement_backwards, least):
+            return
+        yield observation_of(detection, found, model, found.agreement)
+        before, last = last.points, found
 
 
-def _scene(sight: Sight, known: Known, last: Carried, frames: int) -> "tuple[_Scene, complex]":
-    """Return an object in its window, and the window's first pixel."""
-    offset = complex(sight.window[1].start, sight.window[0].start)
-    trail = last.trail.shifted(-offset)
-    return _Scene(sight.signal, object_mask(sight), known, trail, frames), offset
+def _slid_only(
+    detection: Detection, model: BodyModel, last: PropagatedBody, settings: PropagationSettings
+) -> PropagatedBody | None:
+    """Slide the worm's body along itself, and try nothing else; None where that leads nowhere."""
+    scene = _Scene.of(detection, model, last, 1, settings)
+    slid = scene.slid(scene.last)
+    return None if slid is None or scene.leaps(slid) else scene.in_picture(slid)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Scored:
+    """A body in the window, and how well it agrees with the object."""
+
+    path: BodyPath
+    agreement: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Scene:
     """An object in its window, and the worm that is to explain it."""
 
-    signal: NDArray[np.uint8]
-    mask: NDArray[np.uint8]
-    known: Known
-    last: Trail
+    signal: Picture
+    mask: Picture
+    origin: complex
+    model: BodyModel
+    body: PropagatedBody
+    last: BodyPath
     frames: int
+    settings: PropagationSettings
 
-    def slid(self, trail: Trail) -> Carried | None:
+    @classmethod
+    def of(
+        cls,
+        detection: Detection,
+        model: BodyModel,
+        body: PropagatedBody,
+        frames: int,
+        settings: PropagationSettings,
+    ) -> "_Scene":
+        origin = complex(*detection.view.origin)
+        mask, last = detection.object_pixels(), body.path.shifted(-origin)
+        return cls(detection.view.signal, mask, origin, model, body, last, frames, settings)
+
+    def in_picture(self, found: _Scored) -> PropagatedBody:
+        """Return a body in the picture's coordinates, and with what is expected of the next one."""
+        lost = self.settings.expected_agreement_lost_per_frame
+        expected = max(found.agreement, self.body.expected_agreement - lost)
+        return PropagatedBody(found.path.shifted(self.origin), found.agreement, expected)
+
+    def slid(self, path: BodyPath) -> _Scored | None:
         """Return a body slid along itself."""
-        known = self.known
-        length = trail.length * (known.length / trail.length) ** LENGTH_RECALL
-        slid = slide(self.signal, trail, Slender(known.widths, known.level, length), self.frames)
-        return None if slid is None else self.judged(slid, known.widths)
+        model, settings = self.model, self.settings
+        length = path.length * (model.length / path.length) ** settings.length_return_per_frame
+        expected = ExpectedBody(model.widths, model.level, length)
+        slid = slide_along_path(self.signal, path, expected, self.frames, settings.path_following)
+        return None if slid is None else self.scored(slid, model.widths)
 
     def best(
-        self, slid: Carried | None, starts: list[Floats], fine: Fine | None, offset: complex
-    ) -> Carried:
+        self, slid: _Scored | None, starts: list[Floats], contour_body: RefinedMidline | None
+    ) -> _Scored:
         """Return the best of all that can be tried, fits from some starts among them."""
-        known = self.known
-        starts = starts if slid is None else [*starts, slid.points]
-        fits = [fit_body(self.mask, start, known.widths, known.length) for start in starts]
-        fitted = [
-            self.judged(trail_of(fit.points, None, known.width), known.widths) for fit in fits
-        ]
-        best = max(fitted, key=self.merit)
-        sharper = self.slid(best.trail)
-        if sharper is not None and sharper.worth >= best.worth - SHARP_LESS:
+        model = self.model
+        starts = starts if slid is None else [*starts, slid.path.points]
+        fitted = [self.fitted(start) for start in starts]
+        best = max(fitted, key=self.score)
+        sharper = self.slid(best.path)
+        least = best.agreement - self.settings.most_agreement_lost_resliding
+        if sharper is not None and sharper.agreement >= least:
             best = sharper
         others = [best] if slid is None else [slid, best]
-        if fine is not None:
-            trail = trail_of(fine.points, None, known.width).shifted(-offset)
-            others.append(self.judged(trail, fine.widths))
-        return max(others, key=self.merit)
+        if contour_body is not None:
+            path = path_of(contour_body.points, None, model.width).shifted(-self.origin)
+            others.append(self.scored(path, contour_body.widths))
+        return max(others, key=self.score)
 
-    def judged(self, trail: Trail, widths: Floats) -> Carried:
-        """Return a body with what it is worth."""
-        kink = max(sharpest_turn(trail, self.known.width) - MOST_TURN, 0.0)
-        return Carried(trail, overlap(self.mask, trail.points, widths) - KINK_COST * kink)
+    def fitted(self, start: Floats) -> _Scored:
+        """Return a deformable body fitted from a start."""
+        model = self.model
+        points = fit_body(self.mask, start, model.widths, model.length, self.settings.fit)
+        return self.scored(path_of(points, None, model.width), model.widths)
 
-    def merit(self, found: Carried) -> float:
-        """Return the overlap, less what the ends' way and the length cost."""
-        known = self.known
-        way = end_displacement(found.points, self.last.points) / known.length / self.frames
-        stretch = abs(log(found.trail.length / known.length))
-        return found.worth - WAY_COST * way - STRETCH_COST * max(stretch - FREE_STRETCH, 0.0)
+    def scored(self, path: BodyPath, widths: Floats) -> _Scored:
+        """Return a body with its agreement."""
+        turn = sharpest_turn(path, self.model.width)
+        kink = max(turn - self.settings.most_turn_rad_per_width, 0.0)
+        overlap = mask_overlap(self.mask, path.points, widths)
+        return _Scored(path, overlap - self.settings.kink_cost_per_rad * kink)
 
-    def leaps(self, found: Carried) -> bool:
+    def score(self, found: _Scored) -> float:
+        """Return the agreement, less what the ends' displacement and the length cost."""
+        model, settings = self.model, self.settings
+        way = end_displacement(found.path.points, self.last.points) / model.length / self.frames
+        stretch = max(abs(log(found.path.length / model.length)) - settings.free_log_stretch, 0.0)
+        cost = settings.end_displacement_cost_per_length * way
+        return found.agreement - cost - settings.log_stretch_cost * stretch
+
+    def leaps(self, found: _Scored) -> bool:
         """Tell whether an end is farther from where it was than it can have got."""
-        return self.known.leaps(found.points, self.last.points, self.frames)
+        return self.model.leaps(found.path.points, self.last.points, self.frames)

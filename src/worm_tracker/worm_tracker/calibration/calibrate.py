@@ -1,26 +1,47 @@
 """Calibration: a picture (or what the user knows) in, the rig's `Geometry` out."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from math import atan2, hypot, isfinite, radians, remainder, tau
 
 import numpy as np
 
+from worm_msgs_py.arrays import Picture
 from worm_msgs_py.chamber import Chamber, Geometry
 from worm_msgs_py.errors import NoChamberFound, TrackerError
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
-from worm_tracker.calibration.circle_fit import Circle, Picture, find_circles
-from worm_tracker.calibration.exit_fit import find_exit
+from worm_tracker.calibration.circle_fit import CircleFitSettings, FittedCircle, find_circles
+from worm_tracker.calibration.exit_fit import ExitFitSettings, find_exit
 from worm_tracker.parameters import TrackerParameters
 
 NAN = float("nan")
 PASSAGE_LENGTH_M = 35e-3
 """The paper's L, said where only one end of the passage is in view."""
-MAX_EXIT_OFF_RAD = radians(3.0)
-"""How far an exit may point past the other chamber's centre: the passage is straight."""
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationSettings:
+    """What of a picture is believed to be the rig."""
+
+    most_exit_off_rad: float = radians(3.0)
+    """How far an exit may point past the other chamber's centre: the passage is straight."""
+    black_grey: float = 8.0
+    saturated_grey: float = 247.0
+    least_contrast_grey: float = 12.0
+    """Grey levels of a picture's brightest, darkest, and their difference, that say why no chamber
+    was found."""
+    circle: CircleFitSettings = field(default_factory=CircleFitSettings)
+    exit: ExitFitSettings = field(default_factory=ExitFitSettings)
+
+
+CALIBRATION = CalibrationSettings()
 
 
 def calibrate(
-    picture: Picture, parameters: TrackerParameters, stamp_ns: int, version: int = 1
+    picture: Picture,
+    parameters: TrackerParameters,
+    stamp_ns: int,
+    version: int = 1,
+    settings: CalibrationSettings = CALIBRATION,
 ) -> Geometry:
     """Find the chambers, their exits and the scale in one back-lit picture.
 
@@ -32,6 +53,7 @@ def calibrate(
         What is given is not looked for.
     stamp_ns, version : int
         Those of the geometry.
+    settings : CalibrationSettings
 
     Returns
     -------
@@ -49,20 +71,16 @@ def calibrate(
     h, w = picture.shape
     if parameters.no_chamber:
         return Geometry(version, stamp_ns, w, h)
-    if parameters.chamber_given:
-        circles = _given_circles(parameters)
-        for circle, option in zip(circles, ("--circle-px", "--circle-b-px"), strict=False):
-            _refuse_elsewhere(circle, option, w, h)
-    else:
-        circles = sorted(find_circles(picture), key=lambda circle: circle.u)
-    if not circles:
-        raise NoChamberFound(_why(picture))
-    names = (CHAMBER_A, CHAMBER_B)
-    chambers = tuple(
-        _chamber(picture, circle, name, parameters)
-        for name, circle in zip(names, circles, strict=False)
+    circles = _given_circles(parameters, w, h) or sorted(
+        find_circles(picture, settings=settings.circle), key=lambda circle: circle.u
     )
-    chambers = joined(chambers)
+    if not circles:
+        raise NoChamberFound(_why_none(picture, settings))
+    chambers = tuple(
+        _chamber_of(picture, circle, name, parameters, settings)
+        for name, circle in zip((CHAMBER_A, CHAMBER_B), circles, strict=False)
+    )
+    chambers = with_shared_passage(chambers, settings)
     length = passage_length(chambers, parameters)
     return Geometry(version, stamp_ns, w, h, chambers, parameters.depth_m, length)
 
@@ -81,7 +99,9 @@ def passage_length(chambers: tuple[Chamber, ...], parameters: TrackerParameters)
     return apart / a.px_per_m - a.radius_m - b.radius_m
 
 
-def joined(chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
+def with_shared_passage(
+    chambers: tuple[Chamber, ...], settings: CalibrationSettings = CALIBRATION
+) -> tuple[Chamber, ...]:
     """Give two chambers that share a passage its width, where a worm hides one of its ends.
 
     The passage is straight, from circle to circle: an exit that points elsewhere, or was not seen,
@@ -94,7 +114,7 @@ def joined(chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
         right = other.centre_u_px - chamber.centre_u_px
         towards = atan2(chamber.centre_v_px - other.centre_v_px, right)
         off = abs(remainder(chamber.exit_rad - towards, tau))
-        faces = isfinite(chamber.exit_width_m) and off < MAX_EXIT_OFF_RAD
+        faces = isfinite(chamber.exit_width_m) and off < settings.most_exit_off_rad
         sd = hypot(chamber.centre_sd_px, other.centre_sd_px) / hypot(
             right, chamber.centre_v_px - other.centre_v_px
         )
@@ -117,9 +137,15 @@ def joined(chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
     )
 
 
-def _chamber(picture: Picture, circle: Circle, name: str, parameters: TrackerParameters) -> Chamber:
+def _chamber_of(
+    picture: Picture,
+    circle: FittedCircle,
+    name: str,
+    parameters: TrackerParameters,
+    settings: CalibrationSettings,
+) -> Chamber:
     """Return the chamber of one circle, with its exit where there is one."""
-    exit_ = find_exit(picture, circle)
+    exit_ = find_exit(picture, circle, settings.exit)
     metres = parameters.radius_m / circle.radius
     direction, sd = (exit_.direction_rad, exit_.direction_sd_rad) if exit_ else (0.0, NAN)
     width, width_sd = (exit_.width_px * metres, exit_.width_sd_px * metres) if exit_ else (NAN, NAN)
@@ -144,16 +170,22 @@ def _chamber(picture: Picture, circle: Circle, name: str, parameters: TrackerPar
     )
 
 
-def _given_circles(parameters: TrackerParameters) -> list[Circle]:
-    """Return the circles that the user gives, in that order."""
-    circles = [Circle(parameters.centre_u_px, parameters.centre_v_px, parameters.radius_px)]
+def _given_circles(parameters: TrackerParameters, w: int, h: int) -> list[FittedCircle]:
+    """Return the circles that the user gives, in that order; none where none is given."""
+    if not parameters.chamber_given:
+        return []
+    circles = [FittedCircle(parameters.centre_u_px, parameters.centre_v_px, parameters.radius_px)]
     if isfinite(parameters.radius_b_px):
-        second = Circle(parameters.centre_b_u_px, parameters.centre_b_v_px, parameters.radius_b_px)
+        second = FittedCircle(
+            parameters.centre_b_u_px, parameters.centre_b_v_px, parameters.radius_b_px
+        )
         circles.append(second)
+    for circle, option in zip(circles, ("--circle-px", "--circle-b-px"), strict=False):
+        _refuse_elsewhere(circle, option, w, h)
     return circles
 
 
-def _refuse_elsewhere(circle: Circle, option: str, w: int, h: int) -> None:
+def _refuse_elsewhere(circle: FittedCircle, option: str, w: int, h: int) -> None:
     """Refuse a circle that does not reach into the picture, or is far too large for it."""
     beyond_u, beyond_v = max(-circle.u, 0.0, circle.u - w), max(-circle.v, 0.0, circle.v - h)
     if circle.radius <= hypot(w, h) and hypot(beyond_u, beyond_v) < circle.radius:
@@ -164,14 +196,14 @@ def _refuse_elsewhere(circle: Circle, option: str, w: int, h: int) -> None:
     )
 
 
-def _why(picture: Picture) -> str:
+def _why_none(picture: Picture, settings: CalibrationSettings) -> str:
     """Return one line that names the cause and the remedy."""
     low, high = (float(np.quantile(picture, q)) for q in (0.02, 0.98))
-    if high < 8:
+    if high < settings.black_grey:
         cause = "the picture is black"
-    elif low > 247:
+    elif low > settings.saturated_grey:
         cause = "the picture is saturated"
-    elif high - low < 12:
+    elif high - low < settings.least_contrast_grey:
         cause = "the picture has no contrast"
     else:
         cause = "no circular wall stands out in it"

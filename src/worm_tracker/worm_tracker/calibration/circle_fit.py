@@ -4,28 +4,53 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage, optimize
 
-Floats = NDArray[np.float64]
-Picture = NDArray[np.uint8]
+from worm_msgs_py.arrays import Floats, Floats32, Picture
 
-COARSE_SIDE = 256
-"""Longer side of the reduced picture in which chambers are looked for."""
-MIN_RADIUS_PX = 25.0
-MIN_CONTRAST = 0.25
-"""Least step from water to wall, as a fraction of the water's brightness."""
-MIN_STEP_GREY = 12.0
-"""Least step from water to wall in grey levels, well above the noise of any camera."""
-MIN_COVERAGE = 0.45
-"""Least fraction of the circle on which the wall must be seen."""
-RAYS = 720
-FINE_RAYS = 1440
-CONSENSUS_DRAWS = 600
+_COARSE_RAYS = 720
+_FINE_RAYS = 1440
+_FINE_STEP_PX = 0.25
+_CONSENSUS_DRAWS = 600
 
 
 @dataclass(frozen=True, slots=True)
-class Circle:
+class CircleFitSettings:
+    """What is believed to be the wall of a chamber."""
+
+    coarse_side_px: int = 256
+    """Longer side of the reduced picture in which chambers are looked for: a worm closes there."""
+    least_radius_px: float = 25.0
+    """A smaller circle is no chamber in which a worm can be tracked."""
+    least_step_over_water: float = 0.25
+    """Least step from water to wall, as a part of the water's brightness."""
+    least_step_grey: float = 12.0
+    """Least step from water to wall in grey levels, well above the noise of any camera."""
+    least_coverage: float = 0.45
+    """Least part of the circle on which the wall must be seen: the exit and a worm hide some."""
+    most_radius_ratio_off: float = 0.1
+    """How much two chambers of one rig may differ in radius, relatively."""
+    blanked_over_radius: float = 1.1
+    """What of a chamber is taken out of the picture to look for the next one, in radii."""
+    fit_rounds: int = 3
+    """Times that the edge is measured about the circle found so far."""
+    coarse_tolerance_over_side: float = 0.004
+    least_coarse_tolerance_px: float = 2.0
+    """Distance from the circle of rays' edges that agree with it, before it is known to a pixel."""
+    fine_tolerance_px: float = 0.5
+    """The same after: a worm along the wall is an edge too, but not on the same circle."""
+    least_water_over_median: float = 0.7
+    """Brightness before the wall below which a worm lies along it."""
+    most_residual_px: float = 0.7
+    most_residual_over_radius: float = 0.004
+    """RMS distance of the edges from the circle beyond both of which the wall is none."""
+
+
+CIRCLE_FIT = CircleFitSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class FittedCircle:
     """A circle fitted to the wall's inner edge.
 
     Attributes
@@ -49,7 +74,9 @@ class Circle:
     coverage: float = 1.0
 
 
-def find_circles(picture: Picture, most: int = 2) -> list[Circle]:
+def find_circles(
+    picture: Picture, most: int = 2, settings: CircleFitSettings = CIRCLE_FIT
+) -> list[FittedCircle]:
     """Find the chambers in a back-lit picture, the largest first.
 
     Parameters
@@ -57,70 +84,79 @@ def find_circles(picture: Picture, most: int = 2) -> list[Circle]:
     picture : ndarray of uint8, shape (h, w)
         Bright water, dark walls.
     most : int
-        Number of chambers to look for; they must be of equal size within a tenth.
+        Number of chambers to look for; they must be of about equal size.
+    settings : CircleFitSettings
 
     Returns
     -------
-    list of Circle
+    list of FittedCircle
         Those that stand up to the tests of contrast, coverage and residual; may be empty.
     """
-    shrink = max(1.0, max(picture.shape) / COARSE_SIDE)
+    shrink = max(1.0, max(picture.shape) / settings.coarse_side_px)
     small = cv2.resize(picture, None, fx=1 / shrink, fy=1 / shrink, interpolation=cv2.INTER_AREA)
     threshold, bright = cv2.threshold(small, 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    if np.ptp(small) < MIN_STEP_GREY or threshold <= 0:
+    if np.ptp(small) < settings.least_step_grey or threshold <= 0:
         return []
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (9, 9))
     bright = cv2.morphologyEx(bright, cv2.MORPH_CLOSE, kernel)  # a worm must not split the disc
     if bright.all():
         return []
-    found: list[Circle] = []
+    found: list[FittedCircle] = []
     for _ in range(most + 1):
         depth = cv2.distanceTransform(bright, cv2.DIST_L2, 5)
         _, inscribed, _, (x, y) = cv2.minMaxLoc(depth)
-        if inscribed * shrink < MIN_RADIUS_PX / 2 or len(found) == most:
+        if inscribed * shrink < settings.least_radius_px / 2 or len(found) == most:
             break
-        circle = fit_circle(picture, ((x + 0.5) * shrink - 0.5, (y + 0.5) * shrink - 0.5))
-        blank = circle or Circle(x * shrink, y * shrink, inscribed * shrink)
+        inside = ((x + 0.5) * shrink - 0.5, (y + 0.5) * shrink - 0.5)
+        circle = fit_circle(picture, inside, settings)
+        blank = circle or FittedCircle(x * shrink, y * shrink, inscribed * shrink)
         centre = (round(blank.u / shrink), round(blank.v / shrink))
-        cv2.circle(bright, centre, round(1.1 * blank.radius / shrink) + 1, 0, -1)
-        if circle and (not found or abs(circle.radius / found[0].radius - 1) < 0.1):
+        around = round(settings.blanked_over_radius * blank.radius / shrink) + 1
+        cv2.circle(bright, centre, around, 0, -1)
+        most_off = settings.most_radius_ratio_off
+        if circle and (not found or abs(circle.radius / found[0].radius - 1) < most_off):
             found.append(circle)
     return found
 
 
-def fit_circle(picture: Picture, inside: tuple[float, float]) -> Circle | None:
+def fit_circle(
+    picture: Picture, inside: tuple[float, float], settings: CircleFitSettings = CIRCLE_FIT
+) -> FittedCircle | None:
     """Fit the wall around a point inside a chamber; None where there is no circular wall.
 
     The wall's edge is where the brightness falls through half its step from water to wall. A worm
     along the wall, the exit and debris are outliers to the consensus and to the robust fit.
     """
-    points = _coarse_edges(picture, inside)
-    guess = _consensus(points, tolerance=max(2.0, 0.004 * max(picture.shape)))
-    for _ in range(3):
-        if guess is None or not _plausible(guess, picture):
+    points = _coarse_edges(picture, inside, settings)
+    tolerance = settings.coarse_tolerance_over_side * max(picture.shape)
+    tolerance = max(settings.least_coarse_tolerance_px, tolerance)
+    guess = _consensus(points, tolerance, settings)
+    for _ in range(settings.fit_rounds):
+        if guess is None or not _plausible(guess, picture, settings):
             return None
-        edges = _fine_edges(picture, guess)
-        if len(edges) < MIN_COVERAGE * FINE_RAYS:
+        edges = _fine_edges(picture, guess, settings)
+        if len(edges) < settings.least_coverage * _FINE_RAYS:
             return None
-        # A worm along the wall is an edge too, but not on the same circle to half a pixel.
-        guess = _least_squares(edges, _consensus(edges, tolerance=0.5) or guess)
-    if guess is None or not _plausible(guess, picture):
+        start = _consensus(edges, settings.fine_tolerance_px, settings) or guess
+        guess = _least_squares(edges, start, settings)
+    if guess is None or not _plausible(guess, picture, settings):
         return None
-    if guess.coverage < MIN_COVERAGE or guess.residual > max(0.7, 0.004 * guess.radius):
+    most = max(settings.most_residual_px, settings.most_residual_over_radius * guess.radius)
+    if guess.coverage < settings.least_coverage or guess.residual > most:
         return None
     return guess
 
 
-def _plausible(circle: Circle, picture: Picture) -> bool:
+def _plausible(circle: FittedCircle, picture: Picture, settings: CircleFitSettings) -> bool:
     """Tell whether a circle's centre is in the picture and its size can be one in view."""
     h, w = picture.shape
     inside = 0 <= circle.u < w and 0 <= circle.v < h
-    return inside and bool(MIN_RADIUS_PX <= circle.radius <= max(h, w))
+    return inside and bool(settings.least_radius_px <= circle.radius <= max(h, w))
 
 
 def radial_profiles(
-    picture: Picture, circle: Circle, radii: Floats, angles: Floats
-) -> NDArray[np.float32]:
+    picture: Picture, circle: FittedCircle, radii: Floats, angles: Floats
+) -> Floats32:
     """Sample the picture on a polar grid about the circle's centre.
 
     Returns
@@ -141,32 +177,37 @@ def radial_profiles(
     return np.asarray(sampled, np.float32)
 
 
-def _coarse_edges(picture: Picture, inside: tuple[float, float]) -> Floats:
+def _coarse_edges(
+    picture: Picture, inside: tuple[float, float], settings: CircleFitSettings
+) -> Floats:
     """Return, on each ray, the point of the steepest fall from bright to dark."""
     reach = int(np.hypot(*picture.shape))
-    angles = np.linspace(0, 2 * np.pi, RAYS, endpoint=False)
+    angles = np.linspace(0, 2 * np.pi, _COARSE_RAYS, endpoint=False)
     smooth = np.asarray(cv2.GaussianBlur(picture, (0, 0), 1.5), np.uint8)
-    around = Circle(inside[0], inside[1], 0.0)
+    around = FittedCircle(inside[0], inside[1], 0.0)
     radii = np.arange(0.0, reach)
     profiles = radial_profiles(smooth, around, radii, angles)
     with np.errstate(invalid="ignore"):
         step = profiles[:, :-4] - profiles[:, 4:]
         level = np.maximum(profiles[:, :-4], 1.0)
-        step = np.where((step > MIN_STEP_GREY) & (step > MIN_CONTRAST * level), step, 0.0)
+        high = (step > settings.least_step_grey) & (step > settings.least_step_over_water * level)
+        step = np.where(high, step, 0.0)
     best = np.argmax(step, axis=1)
-    seen = step[np.arange(RAYS), best] > 0
+    seen = step[np.arange(_COARSE_RAYS), best] > 0
     r = best[seen] + 2.0
     return np.stack(
         [inside[0] + r * np.cos(angles[seen]), inside[1] - r * np.sin(angles[seen])], axis=1
     )
 
 
-def _consensus(points: Floats, tolerance: float) -> Circle | None:
+def _consensus(
+    points: Floats, tolerance: float, settings: CircleFitSettings
+) -> FittedCircle | None:
     """Return the circle through three points that most points agree with (RANSAC, seeded)."""
-    if len(points) < RAYS // 4:
+    if len(points) < _COARSE_RAYS // 4:
         return None
     rng = np.random.default_rng(0)
-    triples = points[rng.integers(0, len(points), (CONSENSUS_DRAWS, 3))]
+    triples = points[rng.integers(0, len(points), (_CONSENSUS_DRAWS, 3))]
     a, b, c = triples[:, 0], triples[:, 1] - triples[:, 0], triples[:, 2] - triples[:, 0]
     det = 2 * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
     usable = np.abs(det) > 1.0
@@ -178,44 +219,47 @@ def _consensus(points: Floats, tolerance: float) -> Circle | None:
     centres = a + np.stack([x, y], axis=1)
     distance = np.hypot(*(points[None] - centres[:, None]).transpose(2, 0, 1))
     votes = (np.abs(distance - radii[:, None]) < tolerance).sum(1)
-    if not len(votes) or votes.max() < MIN_COVERAGE * RAYS / 2:
+    if not len(votes) or votes.max() < settings.least_coverage * _COARSE_RAYS / 2:
         return None
     best = int(np.argmax(votes))
-    return Circle(float(centres[best, 0]), float(centres[best, 1]), float(radii[best]))
+    return FittedCircle(float(centres[best, 0]), float(centres[best, 1]), float(radii[best]))
 
 
-def _fine_edges(picture: Picture, circle: Circle) -> Floats:
+def _fine_edges(picture: Picture, circle: FittedCircle, settings: CircleFitSettings) -> Floats:
     """Return the half-height points of the wall around a circle that is right to a few pixels."""
     reach = float(np.clip(0.03 * circle.radius, 6.0, 14.0))
-    radii = circle.radius + np.arange(-reach, reach + 0.01, 0.25)
-    angles = np.linspace(0, 2 * np.pi, FINE_RAYS, endpoint=False)
+    radii = circle.radius + np.arange(-reach, reach + 0.01, _FINE_STEP_PX)
+    angles = np.linspace(0, 2 * np.pi, _FINE_RAYS, endpoint=False)
     profiles = radial_profiles(picture, circle, radii, angles)
     profiles = ndimage.gaussian_filter1d(profiles, 3.0, axis=1, mode="nearest")
     quarter = len(radii) // 5
-    water = _level(profiles[:, :quarter])
-    wall = _level(profiles[:, -quarter:])
+    water = _plateau(profiles[:, :quarter])
+    wall = _plateau(profiles[:, -quarter:])
     half = (water + wall) / 2
     with np.errstate(invalid="ignore"):
         above = profiles > half[:, None]
-        ok = (water - wall > MIN_STEP_GREY) & (water - wall > MIN_CONTRAST * water)
-    ok &= water > 0.7 * np.median(water)  # elsewhere a worm lies along the wall
+        ok = water - wall > settings.least_step_grey
+        ok &= water - wall > settings.least_step_over_water * water
+    ok &= water > settings.least_water_over_median * np.median(water)
     falls = above[:, :-1] & ~above[:, 1:]
     ok &= (falls.sum(1) == 1) & np.isfinite(profiles).all(1)
     row, k = np.flatnonzero(ok), np.argmax(falls[ok], axis=1)
     high, low = profiles[row, k], profiles[row, k + 1]
-    r = radii[k] + 0.25 * (high - half[row]) / (high - low)
+    r = radii[k] + _FINE_STEP_PX * (high - half[row]) / (high - low)
     return np.stack(
         [circle.u + r * np.cos(angles[row]), circle.v - r * np.sin(angles[row])], axis=1
     )
 
 
-def _level(part: NDArray[np.float32]) -> NDArray[np.float32]:
+def _plateau(part: Floats32) -> Floats32:
     """Return the plateau's brightness on each ray, steadied over neighbouring rays."""
     level = ndimage.median_filter(np.nan_to_num(part.mean(1)), 31, mode="wrap")
     return np.asarray(level, np.float32)
 
 
-def _least_squares(points: Floats, guess: Circle) -> Circle:
+def _least_squares(
+    points: Floats, guess: FittedCircle, settings: CircleFitSettings
+) -> FittedCircle:
     """Fit a circle robustly; outliers beyond three robust deviations are dropped at the end."""
 
     def residuals(p: Floats, use: Floats) -> Floats:
@@ -223,7 +267,7 @@ def _least_squares(points: Floats, guess: Circle) -> Circle:
 
     start = np.array([guess.u, guess.v, guess.radius])
     near = np.abs(residuals(start, points)) < 2.0
-    points = points[near] if near.sum() > MIN_COVERAGE * len(points) else points
+    points = points[near] if near.sum() > settings.least_coverage * len(points) else points
     fit = optimize.least_squares(residuals, start, loss="soft_l1", f_scale=0.3, args=(points,))
     off = np.abs(residuals(fit.x, points))
     keep = points[off < 3 * max(1.4826 * float(np.median(off)), 0.05)]
@@ -232,12 +276,12 @@ def _least_squares(points: Floats, guess: Circle) -> Circle:
     jacobian = np.asarray(fit.jac)
     covariance = np.linalg.pinv(jacobian.T @ jacobian) * rms**2
     sd = np.sqrt(np.diag(covariance))
-    return Circle(
+    return FittedCircle(
         float(fit.x[0]),
         float(fit.x[1]),
         float(fit.x[2]),
         residual=rms,
         centre_sd=float(np.hypot(sd[0], sd[1])),
         radius_sd=float(sd[2]),
-        coverage=len(keep) / FINE_RAYS,
+        coverage=len(keep) / _FINE_RAYS,
     )

@@ -3,23 +3,30 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
-from worm_tracker.calibration.circle_fit import Circle, Picture, radial_profiles
-
-Floats = NDArray[np.float64]
-
-MIN_WIDTH_PX = 3.0
-EDGE_SD_PX = 0.03
-"""What all radii have in common of an edge's error: that of the half-height. Measured on simulated
-pictures with noise of 3 grey levels and a blur of 0.6 to 2 px."""
-MAX_WIDTH_FRACTION = 1.4
-"""Widest exit that is looked for, in radii: the paper's widest is half a radius."""
+from worm_msgs_py.arrays import Floats, Mask, Picture
+from worm_tracker.calibration.circle_fit import FittedCircle, radial_profiles
 
 
 @dataclass(frozen=True, slots=True)
-class Exit:
+class ExitFitSettings:
+    """What gap in a wall is believed to be an exit, and how well it is measured."""
+
+    least_width_px: float = 3.0
+    """A narrower gap is a scratch."""
+    most_width_over_radius: float = 1.4
+    """Widest exit that is looked for: the paper's widest is half a radius."""
+    common_edge_sd_px: float = 0.03
+    """What all radii have in common of an edge's error: that of the half-height. Measured on
+    simulated pictures with noise of 3 grey levels and a blur of 0.6 to 2 px."""
+
+
+EXIT_FIT = ExitFitSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class FittedExit:
     """The straight passage that opens into a chamber.
 
     Attributes
@@ -38,7 +45,9 @@ class Exit:
     width_sd_px: float
 
 
-def find_exit(picture: Picture, circle: Circle) -> Exit | None:
+def find_exit(
+    picture: Picture, circle: FittedCircle, settings: ExitFitSettings = EXIT_FIT
+) -> FittedExit | None:
     """Find the widest gap in a chamber's wall; None where the wall is closed.
 
     On circles just outside the wall the passage is bright. Its two edges at each radius r lie at
@@ -61,7 +70,7 @@ def find_exit(picture: Picture, circle: Circle) -> Exit | None:
     if stop <= start:
         return None
     half = _local_half(picture, circle, smooth, start, stop, angles)
-    found = [_edges(smooth[:, k], half, start, stop, angles) for k in range(len(radii))]
+    found = [_gap_edges(smooth[:, k], half, start, stop, angles) for k in range(len(radii))]
     pairs = np.array([pair for pair in found if pair is not None]).reshape(-1, 2)
     used = radii[[pair is not None for pair in found]]
     if len(pairs) < 2:
@@ -69,18 +78,18 @@ def find_exit(picture: Picture, circle: Circle) -> Exit | None:
     middle = pairs.mean(1)
     widths = 2 * used * np.sin((pairs[:, 1] - pairs[:, 0]) / 2)
     width = float(np.median(widths))
-    if not MIN_WIDTH_PX <= width <= MAX_WIDTH_FRACTION * circle.radius:
+    if not settings.least_width_px <= width <= settings.most_width_over_radius * circle.radius:
         return None
     direction = float(np.median(middle))
     spread = float(np.std(middle, ddof=1)) / np.sqrt(len(middle))
-    common = EDGE_SD_PX / np.sqrt(2) / circle.radius
+    common = settings.common_edge_sd_px / np.sqrt(2) / circle.radius
     sd = float(np.hypot(np.hypot(spread, common), circle.centre_sd / circle.radius))
     spread_px = float(np.std(widths, ddof=1)) / np.sqrt(len(widths))
-    width_sd = float(np.hypot(spread_px, np.sqrt(2) * EDGE_SD_PX))
-    return Exit(float(np.arctan2(np.sin(direction), np.cos(direction))), width, sd, width_sd)
+    width_sd = float(np.hypot(spread_px, np.sqrt(2) * settings.common_edge_sd_px))
+    return FittedExit(float(np.arctan2(np.sin(direction), np.cos(direction))), width, sd, width_sd)
 
 
-def _widest_gap(open_: NDArray[np.bool_], angles: Floats) -> tuple[int, int]:
+def _widest_gap(open_: Mask, angles: Floats) -> tuple[int, int]:
     """Return first and last index of the widest bright arc, unwrapped; (0, 0) where none."""
     if not open_.any() or open_.all():
         return 0, 0
@@ -101,7 +110,7 @@ def _widest_gap(open_: NDArray[np.bool_], angles: Floats) -> tuple[int, int]:
 
 
 def _local_half(
-    picture: Picture, circle: Circle, rings: Floats, start: int, stop: int, angles: Floats
+    picture: Picture, circle: FittedCircle, rings: Floats, start: int, stop: int, angles: Floats
 ) -> float:
     """Return the half-height between the water and the wall on either side of a gap."""
     n, width = len(angles), stop - start
@@ -114,7 +123,7 @@ def _local_half(
     return float(water + wall) / 2
 
 
-def _edges(
+def _gap_edges(
     ring: Floats, half: float, start: int, stop: int, angles: Floats
 ) -> tuple[float, float] | None:
     """Return the two angles at which one circle's brightness passes the half-height."""

@@ -4,27 +4,34 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
 from worm_msgs_py.chamber import Chamber, Geometry
-from worm_tracker.calibration.circle_fit import Picture
 
-Floats = NDArray[np.float64]
 
-CIRCLE_POINTS = 64
-PASSAGE_POINTS = 12
-"""Points on each wall of a passage."""
-REACH_PX = 6
-"""How far to either side of the edge the brightness is read, at steps of a pixel."""
-MIN_MOVE_PX = 0.25
-"""Least outward move of a point that counts; five standard deviations where these are more."""
-MIN_PART = 0.2
-"""Part of a wall's points that must have moved outwards. A translation by d moves a third of the
-circle outwards by d/2 or more; a turn moves half of a passage's points."""
-MIN_VALID = 0.3
-"""Part of a wall's points that must be in view for anything to be said of it."""
-COVERED = 0.7
-"""Brightness of the water before a point, over what is expected, below which the worm is there."""
+@dataclass(frozen=True, slots=True)
+class MotionDetectorSettings:
+    """Where the walls' edges are looked at, and when they have moved."""
+
+    circle_points: int = 64
+    passage_points: int = 12
+    """Points on a chamber's wall, and on each wall of a passage."""
+    reach_px: int = 6
+    """How far to either side of the edge the brightness is read, at steps of a pixel."""
+    least_move_px: float = 0.25
+    """Least outward move of a point that counts; five standard deviations where these are more."""
+    least_part_moved: float = 0.2
+    """Part of a wall's points that must have moved outwards. A translation by d moves a third of
+    the circle outwards by d/2 or more; a turn moves half of a passage's points."""
+    least_part_in_view: float = 0.3
+    """Part of a wall's points that must be in view for anything to be said of it."""
+    worm_water_over_expected: float = 0.7
+    """Brightness of the water before a point below which the worm is there."""
+    darkest_contrast: float = 0.9
+    """Brightness of the wall over the water's from which there is no edge to look at."""
+
+
+MOTION_DETECTOR = MotionDetectorSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -35,8 +42,8 @@ class _Wall:
     last: int
 
 
-class WallWatch:
-    """Watches the walls of a rig.
+class MotionDetector:
+    """Tells whether a rig has moved in the picture, by its walls.
 
     What is bright beyond a wall cannot be the worm, which only makes things darker: a wall has
     moved where enough of its points have moved outwards. That is blind to nothing that a bump can
@@ -48,11 +55,18 @@ class WallWatch:
         The picture that the rig was found in.
     geometry : Geometry
         The rig.
+    settings : MotionDetectorSettings
     """
 
-    def __init__(self, picture: Picture, geometry: Geometry) -> None:
-        points, normals, self._walls = _watched(geometry)
-        t = np.arange(-REACH_PX, REACH_PX + 1, dtype=np.float64)
+    def __init__(
+        self,
+        picture: Picture,
+        geometry: Geometry,
+        settings: MotionDetectorSettings = MOTION_DETECTOR,
+    ) -> None:
+        self._settings = settings
+        points, normals, self._walls = _wall_points(geometry, settings)
+        t = np.arange(-settings.reach_px, settings.reach_px + 1, dtype=np.float64)
         u = (points[:, :1] + normals[:, :1] * t).astype(np.float32)
         v = (points[:, 1:] + normals[:, 1:] * t).astype(np.float32)
         h, w = picture.shape
@@ -63,7 +77,7 @@ class WallWatch:
         self._water = profiles[:, :2].mean(1)
         wall = profiles[:, -2:].mean(1)
         usual = float(np.median(self._water[self._in_view])) if self._in_view.any() else 1.0
-        clear = self._in_view & (self._water > COVERED * usual)
+        clear = self._in_view & (self._water > settings.worm_water_over_expected * usual)
         # Where the worm covers a point now, its light is taken to be that of the others.
         self._water = np.where(clear, self._water, usual)
         self._dark = float(np.median(wall[clear] / self._water[clear])) if clear.any() else 1.0
@@ -71,11 +85,12 @@ class WallWatch:
         self._start[~valid] = np.nan
         known = self._start[valid]
         spread = float(np.median(np.abs(known - np.median(known)))) if len(known) else 0.0
-        self._least = max(MIN_MOVE_PX, 0.5 * 1.4826 * spread)
+        self._least = max(settings.least_move_px, 0.5 * 1.4826 * spread)
 
     def moved(self, picture: Picture) -> bool:
         """Tell whether the rig is elsewhere in the picture than it was."""
-        if self._dark > 0.9:
+        settings = self._settings
+        if self._dark > settings.darkest_contrast:
             return False
         edges, valid = self._edges(picture)
         known = ~np.isnan(self._start)
@@ -84,26 +99,26 @@ class WallWatch:
         for wall in self._walls:
             here = slice(wall.first, wall.last)
             count = np.count_nonzero(seen[here])
-            if count < MIN_VALID * (wall.last - wall.first):
+            if count < settings.least_part_in_view * (wall.last - wall.first):
                 continue
-            if np.count_nonzero(outward[here]) >= MIN_PART * count:
+            if np.count_nonzero(outward[here]) >= settings.least_part_moved * count:
                 return True
         if not known.all():
             new = valid & ~known
             self._start[new] = edges[new]
         return False
 
-    def _profiles(self, picture: Picture) -> NDArray[np.float32]:
+    def _profiles(self, picture: Picture) -> Floats32:
         sampled = cv2.remap(picture, self._u, self._v, cv2.INTER_LINEAR)
         return sampled.astype(np.float32)
 
-    def _edges(self, picture: Picture) -> tuple[Floats, NDArray[np.bool_]]:
+    def _edges(self, picture: Picture) -> tuple[Floats, Mask]:
         """Return how far the light reaches along each normal, and which points can be judged."""
         profiles = self._profiles(picture)
         water = (profiles[:, 0] + profiles[:, 1]) / 2
         relative = water / self._water
-        gain = _middle(relative if self._all_in_view else relative[self._in_view])
-        valid = self._in_view & (relative > COVERED * gain)
+        gain = _middle_value(relative if self._all_in_view else relative[self._in_view])
+        valid = self._in_view & (relative > self._settings.worm_water_over_expected * gain)
         bright = profiles / np.maximum(water, 1.0)[:, None]
         bright -= self._dark
         bright /= 1 - self._dark
@@ -111,16 +126,18 @@ class WallWatch:
         return bright.sum(1, dtype=np.float64), valid
 
 
-def _middle(values: NDArray[np.floating]) -> float:
+def _middle_value(values: Floats32) -> float:
     """Return the (upper) median; NumPy's own takes many times as long for so few values."""
     return float(np.sort(values)[len(values) // 2]) if len(values) else 1.0
 
 
-def _watched(geometry: Geometry) -> tuple[Floats, Floats, list[_Wall]]:
+def _wall_points(
+    geometry: Geometry, settings: MotionDetectorSettings
+) -> tuple[Floats, Floats, list[_Wall]]:
     """Return points on all walls, their outward normals, and which wall has which."""
     points, normals, walls, count = [], [], [], 0
     for chamber in geometry.chambers:
-        for place, normal in (_circle(chamber), _passage(chamber)):
+        for place, normal in (_circle(chamber, settings), _passage(chamber, settings)):
             if not len(place):
                 continue
             points.append(place)
@@ -130,11 +147,12 @@ def _watched(geometry: Geometry) -> tuple[Floats, Floats, list[_Wall]]:
     return np.concatenate(points), np.concatenate(normals), walls
 
 
-def _circle(chamber: Chamber) -> tuple[Floats, Floats]:
-    angles = np.linspace(0, 2 * np.pi, CIRCLE_POINTS, endpoint=False)
+def _circle(chamber: Chamber, settings: MotionDetectorSettings) -> tuple[Floats, Floats]:
+    angles = np.linspace(0, 2 * np.pi, settings.circle_points, endpoint=False)
     if np.isfinite(chamber.exit_width_m):
         half = chamber.exit_width_m / 2 * chamber.px_per_m
-        gap = np.arcsin(min(1.0, half / chamber.radius_px)) + 2 * REACH_PX / chamber.radius_px
+        gap = np.arcsin(min(1.0, half / chamber.radius_px))
+        gap += 2 * settings.reach_px / chamber.radius_px
         off = np.angle(np.exp(1j * (angles - chamber.exit_rad)))
         angles = angles[np.abs(off) > gap]
     normals = np.stack([np.cos(angles), -np.sin(angles)], axis=1)
@@ -142,15 +160,16 @@ def _circle(chamber: Chamber) -> tuple[Floats, Floats]:
     return centre + chamber.radius_px * normals, normals
 
 
-def _passage(chamber: Chamber) -> tuple[Floats, Floats]:
+def _passage(chamber: Chamber, settings: MotionDetectorSettings) -> tuple[Floats, Floats]:
     """Return points on both walls; none where they are too near each other to be told apart."""
     half = chamber.exit_width_m / 2 * chamber.px_per_m
-    if not half > REACH_PX / 2:
+    if not half > settings.reach_px / 2:
         return np.empty((0, 2)), np.empty((0, 2))
     # Where the passage's walls meet the circle there is no edge across the normal.
-    x = chamber.radius_px + np.linspace(2 * REACH_PX, 0.5 * chamber.radius_px, PASSAGE_POINTS)
+    count, first = settings.passage_points, 2 * settings.reach_px
+    x = chamber.radius_px + np.linspace(first, 0.5 * chamber.radius_px, count)
     x = np.concatenate([x, x]) / chamber.px_per_m
-    side = np.repeat([1.0, -1.0], PASSAGE_POINTS)
+    side = np.repeat([1.0, -1.0], count)
     u, v = chamber.to_pixels(x, side * chamber.exit_width_m / 2)
     far_u, far_v = chamber.to_pixels(x, side * (chamber.exit_width_m / 2 + 1 / chamber.px_per_m))
     return np.stack([u, v], axis=1), np.stack([far_u - u, far_v - v], axis=1)

@@ -1,36 +1,55 @@
 """Keeps the rig's geometry true: an exit that the worm hid at first, a camera that is bumped."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import hypot, isfinite, radians, remainder, tau
 
 import numpy as np
-from numpy.typing import NDArray
 
+from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.chamber import Chamber, Geometry
 from worm_msgs_py.errors import NoChamberFound
-from worm_tracker.calibration.calibrate import calibrate, joined, passage_length
-from worm_tracker.calibration.circle_fit import Circle, Picture, fit_circle
-from worm_tracker.calibration.exit_fit import Exit, find_exit
-from worm_tracker.calibration.motion_detector import WallWatch
+from worm_tracker.calibration.calibrate import (
+    CalibrationSettings,
+    calibrate,
+    passage_length,
+    with_shared_passage,
+)
+from worm_tracker.calibration.circle_fit import FittedCircle, fit_circle
+from worm_tracker.calibration.exit_fit import FittedExit, find_exit
+from worm_tracker.calibration.motion_detector import MotionDetector, MotionDetectorSettings
 from worm_tracker.parameters import TrackerParameters
 
-Floats = NDArray[np.float64]
-
 NAN = float("nan")
-CLEAR_PX = 10.0
-"""How far the worm's outline must be from an exit for the exit to be measured."""
-RETRY_NS = 1_000_000_000
-"""Stamps between two attempts to find what is hidden, at first; twice as long each time."""
-MAX_RETRY_NS = 60_000_000_000
-AGAIN_NS = 250_000_000
-"""Stamps between two attempts to find a rig that has moved and is not seen any more."""
-MIN_MOVE_PX = 0.15
-MIN_TURN_RAD = radians(0.15)
-"""Changes that are within what a calibration is good to are no changes."""
+
+
+@dataclass(frozen=True, slots=True)
+class RigMonitorSettings:
+    """When the rig is looked for again, and what counts as a change of it."""
+
+    clear_of_exit_px: float = 10.0
+    """How far the worm's contour must be from an exit for the exit to be measured."""
+    first_retry_ns: int = 1_000_000_000
+    most_retry_ns: int = 60_000_000_000
+    """Stamps between two attempts to find an exit that the worm hid: at first, and at most, as they
+    double each time."""
+    search_again_ns: int = 250_000_000
+    """Stamps between two attempts to find a rig that has moved and is not seen any more."""
+    least_move_px: float = 0.15
+    least_turn_rad: float = radians(0.15)
+    """Changes that are within what a calibration is good to are no changes."""
+    most_radius_ratio_off: float = 0.02
+    """How much a chamber that has moved may differ in radius from what it was, relatively."""
+    most_exit_width_ratio_off: float = 0.05
+    """The same of the width of the exit by which a turn is told."""
+    calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
+    motion: MotionDetectorSettings = field(default_factory=MotionDetectorSettings)
+
+
+RIG_MONITOR = RigMonitorSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Change:
+class GeometryChange:
     """A new version of the geometry, and why.
 
     Attributes
@@ -49,7 +68,7 @@ class Change:
     why: str
 
 
-class RigKeeper:
+class RigMonitor:
     """Holds the geometry of one trial, from frame to frame.
 
     Parameters
@@ -58,12 +77,13 @@ class RigKeeper:
         The first good picture.
     parameters : TrackerParameters
     stamp_ns : int
+    settings : RigMonitorSettings
 
     Attributes
     ----------
     geometry : Geometry
         What is known of the rig; the width of an exit that the worm hides is NaN.
-    supposed : Geometry
+    assumed : Geometry
         The same with the width that a half hidden exit seems to have: where to look for the worm.
 
     Raises
@@ -72,62 +92,71 @@ class RigKeeper:
         Where no circular wall stands out.
     """
 
-    def __init__(self, picture: Picture, parameters: TrackerParameters, stamp_ns: int) -> None:
+    def __init__(
+        self,
+        picture: Picture,
+        parameters: TrackerParameters,
+        stamp_ns: int,
+        settings: RigMonitorSettings = RIG_MONITOR,
+    ) -> None:
         self._parameters = parameters
-        self.supposed = calibrate(picture, parameters, stamp_ns)
-        self.geometry = self.supposed
+        self._settings = settings
+        self.assumed = calibrate(picture, parameters, stamp_ns, settings=settings.calibration)
+        self.geometry = self.assumed
         watched = bool(self.geometry.chambers) and not parameters.chamber_given
-        self._watch = WallWatch(picture, self.geometry) if watched else None
-        self._retry_ns = RETRY_NS
-        self._due_ns = stamp_ns + RETRY_NS
+        self._motion = MotionDetector(picture, self.geometry, settings.motion) if watched else None
+        self._retry_ns = settings.first_retry_ns
+        self._due_ns = stamp_ns + self._retry_ns
         self._search_ns = stamp_ns
 
-    def doubt(self, outline: Floats | None) -> None:
-        """Take an exit for unknown that the worm, by its first outline, may hide in part."""
+    def mark_hidden_exits(self, contour: Floats | None) -> None:
+        """Take an exit for unknown that the worm, by its first contour, may hide in part."""
         chambers = tuple(
             chamber
-            if is_clear(chamber, outline) or self._parameters.exit_given
+            if self._is_clear(chamber, contour) or self._parameters.exit_given
             else replace(chamber, exit_width_m=NAN, exit_sd_rad=NAN, exit_width_sd_m=NAN)
-            for chamber in self.supposed.chambers
+            for chamber in self.assumed.chambers
         )
-        self.geometry = replace(self.supposed, chambers=joined(chambers))
+        self.geometry = replace(self.assumed, chambers=self._with_shared_passage(chambers))
 
-    def check(self, picture: Picture, stamp_ns: int, outline: Floats | None) -> Change | None:
+    def check(
+        self, picture: Picture, stamp_ns: int, contour: Floats | None
+    ) -> GeometryChange | None:
         """Return what has changed with this picture, if anything has.
 
         Parameters
         ----------
         picture : ndarray of uint8, shape (h, w)
         stamp_ns : int
-        outline : ndarray, shape (n, 2), or None
+        contour : ndarray, shape (n, 2), or None
             The worm's in the frame before; None where it was not seen.
         """
-        watch = self._watch
-        if watch is not None and stamp_ns >= self._search_ns and watch.moved(picture):
-            self._search_ns = stamp_ns + AGAIN_NS
-            return self._follow(picture, stamp_ns, outline)
+        motion = self._motion
+        if motion is not None and stamp_ns >= self._search_ns and motion.moved(picture):
+            self._search_ns = stamp_ns + self._settings.search_again_ns
+            return self._follow(picture, stamp_ns, contour)
         hidden = any(not isfinite(c.exit_width_m) for c in self.geometry.chambers)
-        if hidden and outline is not None and stamp_ns >= self._due_ns:
+        if hidden and contour is not None and stamp_ns >= self._due_ns:
             self._due_ns = stamp_ns + self._retry_ns
-            return self._complete(picture, stamp_ns, outline)
+            return self._complete(picture, stamp_ns, contour)
         return None
 
-    def _complete(self, picture: Picture, stamp_ns: int, outline: Floats) -> Change | None:
+    def _complete(self, picture: Picture, stamp_ns: int, contour: Floats) -> GeometryChange | None:
         """Look for the exits that have not been seen yet."""
-        self._retry_ns = min(2 * self._retry_ns, MAX_RETRY_NS)
+        self._retry_ns = min(2 * self._retry_ns, self._settings.most_retry_ns)
         chambers = tuple(
             chamber
             if isfinite(chamber.exit_width_m)
-            else self._with_exit(picture, chamber, outline)
+            else self._with_exit(picture, chamber, contour)
             for chamber in self.geometry.chambers
         )
         if chambers == self.geometry.chambers:
             return None
         return self._adopt(picture, stamp_ns, chambers, None, "the exit was found")
 
-    def _with_exit(self, picture: Picture, chamber: Chamber, outline: Floats) -> Chamber:
+    def _with_exit(self, picture: Picture, chamber: Chamber, contour: Floats) -> Chamber:
         """Return a chamber with its exit, if it is in view and clear of the worm."""
-        circle = Circle(
+        circle = FittedCircle(
             chamber.centre_u_px,
             chamber.centre_v_px,
             chamber.radius_px,
@@ -135,13 +164,13 @@ class RigKeeper:
             chamber.centre_sd_px,
             chamber.radius_sd_px,
         )
-        found = find_exit(picture, circle)
+        found = find_exit(picture, circle, self._settings.calibration.exit)
         if found is None:
             return chamber
         seen = self._seen(chamber, found)
-        return seen if is_clear(seen, outline) else chamber
+        return seen if self._is_clear(seen, contour) else chamber
 
-    def _seen(self, chamber: Chamber, found: Exit) -> Chamber:
+    def _seen(self, chamber: Chamber, found: FittedExit) -> Chamber:
         width_m = found.width_px / chamber.px_per_m
         width_sd_m = found.width_sd_px / chamber.px_per_m
         if isfinite(self._parameters.exit_width_m):
@@ -151,25 +180,33 @@ class RigKeeper:
             return seen
         return replace(seen, exit_rad=found.direction_rad, exit_sd_rad=found.direction_sd_rad)
 
-    def _follow(self, picture: Picture, stamp_ns: int, outline: Floats | None) -> Change | None:
+    def _follow(
+        self, picture: Picture, stamp_ns: int, contour: Floats | None
+    ) -> GeometryChange | None:
         """Find the rig where it is now; None where it has not moved or is not to be seen."""
-        old = self.supposed.chambers
-        circles = [fit_circle(picture, (c.centre_u_px, c.centre_v_px)) for c in old]
+        old, settings = self.assumed.chambers, self._settings
+        circles = [
+            fit_circle(picture, (c.centre_u_px, c.centre_v_px), settings.calibration.circle)
+            for c in old
+        ]
         moved = [
-            _placed(chamber, circle)
+            _on_circle(chamber, circle)
             for chamber, circle in zip(old, circles, strict=True)
-            if circle is not None and abs(circle.radius / chamber.radius_px - 1) < 0.02
+            if circle is not None
+            and abs(circle.radius / chamber.radius_px - 1) < settings.most_radius_ratio_off
         ]
         if len(moved) < len(old):
             try:
-                fresh = calibrate(picture, self._parameters, stamp_ns)
+                fresh = calibrate(
+                    picture, self._parameters, stamp_ns, settings=settings.calibration
+                )
             except NoChamberFound:
                 return None
             if len(fresh.chambers) != len(old):
                 return None
             moved = list(fresh.chambers)
-        turn = self._turn(picture, moved, outline)
-        motion = _motion(old[0], moved[0], turn)
+        turn = self._turn(picture, moved, contour)
+        motion = _affine_map(old[0], moved[0], turn)
         chambers = tuple(
             replace(
                 chamber,
@@ -184,8 +221,8 @@ class RigKeeper:
             hypot(new.centre_u_px - c.centre_u_px, new.centre_v_px - c.centre_v_px)
             for new, c in zip(chambers, old, strict=True)
         ]
-        if max(shifts) < MIN_MOVE_PX and abs(turn) < MIN_TURN_RAD:
-            self._watch = WallWatch(picture, self.supposed)
+        if max(shifts) < settings.least_move_px and abs(turn) < settings.least_turn_rad:
+            self._motion = MotionDetector(picture, self.assumed, settings.motion)
             return None
         known = tuple(
             chamber if isfinite(c.exit_width_m) else replace(chamber, exit_width_m=NAN)
@@ -194,21 +231,34 @@ class RigKeeper:
         why = f"the rig moved by {max(shifts):.1f} px and turned by {np.degrees(turn):.1f} degrees"
         return self._adopt(picture, stamp_ns, known, motion, why, chambers)
 
-    def _turn(self, picture: Picture, moved: list[Chamber], outline: Floats | None) -> float:
+    def _turn(self, picture: Picture, moved: list[Chamber], contour: Floats | None) -> float:
         """Return by how much the rig has turned, counter-clockwise as seen."""
-        old = self.supposed.chambers
+        old = self.assumed.chambers
         if len(moved) == 2:
-            before, after = (_direction(*pair) for pair in (old, moved))
+            before, after = (_towards(*pair) for pair in (old, moved))
             return remainder(after - before, tau)
         if isfinite(self._parameters.exit_deg) or not isfinite(old[0].exit_width_m):
             return 0.0
         found = self._with_exit(picture, moved[0], np.empty((0, 2)))
         shifted = replace(moved[0], exit_rad=found.exit_rad, exit_width_m=old[0].exit_width_m)
-        same_width = abs(found.exit_width_m / old[0].exit_width_m - 1) < 0.05
-        if not same_width or not is_clear(shifted, outline):
+        off = abs(found.exit_width_m / old[0].exit_width_m - 1)
+        same_width = off < self._settings.most_exit_width_ratio_off
+        if not same_width or not self._is_clear(shifted, contour):
             return 0.0
         turn = remainder(found.exit_rad - old[0].exit_rad, tau)
-        return turn if abs(turn) > MIN_TURN_RAD / 3 else 0.0
+        return turn if abs(turn) > self._settings.least_turn_rad / 3 else 0.0
+
+    def _with_shared_passage(self, chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
+        return with_shared_passage(chambers, self._settings.calibration)
+
+    def _is_clear(self, chamber: Chamber, contour: Floats | None) -> bool:
+        """Tell whether the worm's contour keeps off a chamber's exit."""
+        if contour is None or not len(contour) or not isfinite(chamber.exit_width_m):
+            return True
+        x, y = chamber.to_metres(contour[:, 0].astype(np.float64), contour[:, 1].astype(np.float64))
+        margin = self._settings.clear_of_exit_px / chamber.px_per_m
+        at_exit = (x > 0) & (np.hypot(x, y) > chamber.radius_m - margin)
+        return not bool((at_exit & (np.abs(y) < chamber.exit_width_m / 2 + 4 * margin)).any())
 
     def _adopt(
         self,
@@ -217,10 +267,10 @@ class RigKeeper:
         chambers: tuple[Chamber, ...],
         motion: Floats | None,
         why: str,
-        supposed: tuple[Chamber, ...] | None = None,
-    ) -> Change:
+        assumed: tuple[Chamber, ...] | None = None,
+    ) -> GeometryChange:
         """Take a new version of the geometry."""
-        chambers = joined(chambers)
+        chambers = self._with_shared_passage(chambers)
         self.geometry = replace(
             self.geometry,
             version=self.geometry.version + 1,
@@ -228,23 +278,13 @@ class RigKeeper:
             chambers=chambers,
             passage_length_m=passage_length(chambers, self._parameters),
         )
-        self.supposed = replace(self.geometry, chambers=supposed or chambers)
-        if self._watch is not None:
-            self._watch = WallWatch(picture, self.supposed)
-        return Change(self.geometry, motion, why)
+        self.assumed = replace(self.geometry, chambers=assumed or chambers)
+        if self._motion is not None:
+            self._motion = MotionDetector(picture, self.assumed, self._settings.motion)
+        return GeometryChange(self.geometry, motion, why)
 
 
-def is_clear(chamber: Chamber, outline: Floats | None) -> bool:
-    """Tell whether the worm's outline keeps off a chamber's exit."""
-    if outline is None or not len(outline) or not isfinite(chamber.exit_width_m):
-        return True
-    x, y = chamber.to_metres(outline[:, 0].astype(np.float64), outline[:, 1].astype(np.float64))
-    margin = CLEAR_PX / chamber.px_per_m
-    at_exit = (x > 0) & (np.hypot(x, y) > chamber.radius_m - margin)
-    return not bool((at_exit & (np.abs(y) < chamber.exit_width_m / 2 + 4 * margin)).any())
-
-
-def _placed(chamber: Chamber, circle: Circle) -> Chamber:
+def _on_circle(chamber: Chamber, circle: FittedCircle) -> Chamber:
     """Return a chamber on the circle that it is found on now."""
     return replace(
         chamber,
@@ -257,12 +297,12 @@ def _placed(chamber: Chamber, circle: Circle) -> Chamber:
     )
 
 
-def _direction(a: Chamber, b: Chamber) -> float:
+def _towards(a: Chamber, b: Chamber) -> float:
     """Return the direction from one centre to the other, counter-clockwise as seen."""
     return float(np.arctan2(a.centre_v_px - b.centre_v_px, b.centre_u_px - a.centre_u_px))
 
 
-def _motion(old: Chamber, new: Chamber, turn: float) -> Floats:
+def _affine_map(old: Chamber, new: Chamber, turn: float) -> Floats:
     """Return the affine map that takes one chamber to another, turned counter-clockwise."""
     scale = new.radius_px / old.radius_px
     if abs(scale - 1) < 1e-3:

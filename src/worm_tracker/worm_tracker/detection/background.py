@@ -1,32 +1,42 @@
 """The picture without the worm, kept up to date without ever absorbing the worm."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_tracker.detection.blobs import Window, whole
-from worm_tracker.detection.glare import any_white, white_from
-from worm_tracker.detection.illumination import Floats, Picture
+from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
+from worm_tracker.detection.blobs import Window, whole_picture
+from worm_tracker.detection.dim_places import DimPlaces, DimPlacesSettings
+from worm_tracker.detection.glare import any_glare, glare_limit
 
-MEMORY_FRAMES = 256
-"""Frames after which an old background has mostly been forgotten."""
-EAGER_FRAMES = 12
-"""First frames, in which all of the picture is averaged at once."""
-BAND_PIXELS = 16384
-"""Pixels that are refreshed per frame thereafter: a band of rows that goes round and round."""
-GAIN_STRIDE = 16
-GAIN_SAMPLES = 1000
-"""Pixels whose median gives the light's change: good to a thousandth."""
-SAMPLE_FRAMES = 16
-"""Frames between two readings of the background for the gain."""
-MIN_GAIN, MAX_GAIN = 0.5, 2.0
-DIM, MOST_WEIGHT = 0.6, 3.5
-"""Part of clear water's light below which the signal is weighed, and its most weight: where there
-is less light left the picture cannot tell."""
-WEIGHT_ONE = 64
-BLOCK_PX = 16
+
+@dataclass(frozen=True, slots=True)
+class BackgroundSettings:
+    """How fast the background follows, and how a picture's brightness is compared with it."""
+
+    memory_frames: int = 256
+    """Frames after which an old background has mostly been forgotten."""
+    first_frames: int = 12
+    """First frames, in which all of the picture is averaged at once."""
+    pixels_per_frame: int = 16384
+    """Pixels that are refreshed per frame thereafter: a band of rows that goes round and round."""
+    gain_stride_px: int = 16
+    gain_samples: int = 1000
+    """Pixels whose median gives the change of the light: good to a thousandth."""
+    gain_sample_frames: int = 16
+    """Frames between two readings of the background for the gain: it changes slowly."""
+    least_gain: float = 0.5
+    most_gain: float = 2.0
+    """Brightness over the background's beyond which a picture is no view of the rig."""
+    gain_change_ignored: float = 0.002
+    """Gain that is no change: less than a grey level."""
+    dim: DimPlacesSettings = field(default_factory=DimPlacesSettings)
+
+
+BACKGROUND = BackgroundSettings()
 
 
 class Background:
@@ -36,95 +46,80 @@ class Background:
     ----------
     picture : ndarray of uint8, shape (h, w)
         The first picture.
-    ground : ndarray of float32, shape (h, w)
-        What it would show without a worm (`light.empty_rig`).
+    empty : ndarray of float32, shape (h, w)
+        What it would show without a worm (see `empty_rig`).
     worm : ndarray of uint8, shape (h, w)
         Non-zero where the worm, widened by its blur, hides the background of the first picture.
     water : ndarray of bool, shape (h, w)
         Where clear water lets all light through.
+    settings : BackgroundSettings
+
+    Attributes
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+        The background.
+    limit : ndarray of uint8, shape (h, w)
+        Grey level above which a pixel is glare (`glare_limit`).
+    dim : DimPlaces
+        Where it lets through much less light than clear water.
     """
 
     def __init__(
-        self, picture: Picture, ground: Floats, worm: Picture, water: NDArray[np.bool_]
+        self,
+        picture: Picture,
+        empty: Floats32,
+        worm: Picture,
+        water: Mask,
+        settings: BackgroundSettings = BACKGROUND,
     ) -> None:
-        self.limit = white_from(np.rint(ground).astype(np.uint8))
+        self._settings = settings
+        self.limit = glare_limit(np.rint(empty).astype(np.uint8))
         hidden = (worm > 0) | (picture > self.limit)
-        self._mean = np.where(hidden, ground, picture).astype(np.float32)
+        self._mean = np.where(hidden, empty, picture).astype(np.float32)
         self._count = np.where(hidden, 0, 1).astype(np.float32)
         self.picture = np.rint(self._mean).astype(np.uint8)
-        self._clear = np.where(water, ground, 0).astype(np.float32)
-        self._dim = np.rint(DIM * self._clear).astype(np.uint8)
-        self._weight = np.full(picture.shape, WEIGHT_ONE, np.uint8)
-        self._weighted = np.zeros(-(-np.array(picture.shape) // BLOCK_PX), bool)
-        self._weigh(whole(picture.shape))
+        clear = np.where(water, empty, 0).astype(np.float32)
+        self.dim = DimPlaces(self.picture, clear, settings.dim)
         height, width = picture.shape
-        self._rows = int(np.clip(BAND_PIXELS // width, 1, height))
+        self._rows = int(np.clip(settings.pixels_per_frame // width, 1, height))
         self._next = 0
         self._frames = 0
-        self._visits = MEMORY_FRAMES * self._rows / height
-        sample = np.zeros(picture.shape, bool)
-        stride = max(1, min(GAIN_STRIDE, min(picture.shape) // 16))
-        sample[::stride, ::stride] = True
-        level = np.quantile(self._mean[sample], 0.9)
-        self._sample = np.flatnonzero(sample & (self._mean > 0.5 * level))
-        self._sample = self._sample[:: max(1, len(self._sample) // GAIN_SAMPLES)]
-        self._ground = np.ones(0, np.float32)
+        self._most_visits = settings.memory_frames * self._rows / height
+        self._sample = _bright_sample(self._mean, settings)
+        self._sampled = np.ones(0, np.float32)
 
     def gain(self, picture: Picture) -> float:
         """Return the picture's brightness over the background's (flicker), by the median."""
-        ratio = picture.reshape(-1).take(self._sample) / self._sampled()
+        ratio = picture.reshape(-1).take(self._sample) / self._at_samples()
         middle = len(ratio) // 2
         ratio.partition(middle)
         return float(ratio[middle])
 
-    def _sampled(self) -> Floats:
-        """Return the background at the samples; it changes too slowly to be read each time."""
-        if self._frames <= EAGER_FRAMES or self._frames % SAMPLE_FRAMES == 0:
-            self._ground = np.maximum(self._mean.reshape(-1).take(self._sample), 1.0)
-        return self._ground
+    def is_view(self, gain: float) -> bool:
+        """Tell whether a picture of this gain shows the rig: not when the lamp is off."""
+        return self._settings.least_gain <= gain <= self._settings.most_gain
 
-    def signal(self, picture: Picture, gain: float, window: Window) -> NDArray[np.uint8]:
+    def _at_samples(self) -> Floats32:
+        """Return the background at the samples; it changes too slowly to be read each time."""
+        settings = self._settings
+        if self._frames <= settings.first_frames or self._frames % settings.gain_sample_frames == 0:
+            self._sampled = np.maximum(self._mean.reshape(-1).take(self._sample), 1.0)
+        return self._sampled
+
+    def signal(self, picture: Picture, gain: float, window: Window) -> Picture:
         """Return how much darker than the background a window of the picture is."""
         signal = np.asarray(cv2.subtract(self.scaled(gain, window), picture[window]), np.uint8)
-        if self.dim_in(window):
-            cv2.multiply(signal, self._weight[window], dst=signal, scale=1 / WEIGHT_ONE)
+        self.dim.weigh(signal, window)
         return signal
-
-    def dim_in(self, window: Window) -> bool:
-        """Tell whether anything in a window lets through much less light than clear water."""
-        return bool(self._weighted[_blocks(window)].any())
-
-    def cluttered(self, window: Window) -> NDArray[np.bool_]:
-        """Return where in a window, or just beside, less light comes through than clear water."""
-        dim = np.asarray(self._weight[window] != WEIGHT_ONE, np.uint8)
-        return cv2.dilate(dim, np.ones((9, 9), np.uint8)) > 0
-
-    def _weigh(self, window: Window) -> None:
-        """Note where the background is dim: what passes there takes away less light.
-
-        Weighed by the light that clear water would let through, over what the background does, it
-        takes away the same part of it everywhere.
-        """
-        ground, blocks = self.picture[window], _blocks(window)
-        dim = cv2.compare(ground, self._dim[window], cv2.CMP_LT)
-        if not (cv2.countNonZero(dim) or self._weighted[blocks].any()):
-            return
-        parts = self._clear[window] / np.maximum(ground, 1)
-        weight = WEIGHT_ONE * np.minimum(parts, MOST_WEIGHT) + 0.5
-        self._weight[window] = np.where(dim > 0, weight, WEIGHT_ONE)
-        rows, columns = (slice(part.start * BLOCK_PX, part.stop * BLOCK_PX) for part in blocks)
-        v, u = np.nonzero(self._weight[rows, columns] != WEIGHT_ONE)
-        self._weighted[blocks] = False
-        self._weighted[(v + rows.start) // BLOCK_PX, (u + columns.start) // BLOCK_PX] = True
 
     def scaled(self, gain: float, window: Window) -> Picture:
         """Return a window of the background as bright as a picture of this gain."""
-        ground = self.picture[window]
-        if abs(gain - 1) > 0.002:
-            ground = np.asarray(cv2.convertScaleAbs(ground, alpha=gain), np.uint8)
-        return ground
+        background = self.picture[window]
+        if abs(gain - 1) > self._settings.gain_change_ignored:
+            background = np.asarray(cv2.convertScaleAbs(background, alpha=gain), np.uint8)
+        return background
 
-    def move(self, motion: NDArray[np.float64]) -> None:
+    def transform(self, motion: Floats) -> None:
         """Take the background along with a rig that has moved in the picture.
 
         Parameters
@@ -140,27 +135,25 @@ class Background:
             self._count, motion, size, flags=cv2.INTER_NEAREST, borderMode=replicate
         )
         self._mean = np.clip(mean, 0, 255).astype(np.float32)
-        self._count = np.minimum(count, EAGER_FRAMES).astype(np.float32)
+        self._count = np.minimum(count, self._settings.first_frames).astype(np.float32)
         self._frames = 0
         self.picture = np.asarray(cv2.convertScaleAbs(self._mean), np.uint8)
         self.limit = np.asarray(
             cv2.warpAffine(self.limit, motion, size, flags=cv2.INTER_NEAREST, borderValue=255),
             np.uint8,
         )
-        clear = cv2.warpAffine(self._clear, motion, size, flags=cv2.INTER_NEAREST)
-        self._clear = np.asarray(clear, np.float32)
-        self._dim = np.rint(DIM * self._clear).astype(np.uint8)
-        self._weigh(whole(self.picture.shape))
+        self.dim.transform(motion)
+        self.dim.update(self.picture, whole_picture(self.picture.shape))
 
-    def renew(self, picture: Picture, gain: float, where: NDArray[np.bool_]) -> None:
+    def reset(self, picture: Picture, gain: float, where: Mask) -> None:
         """Forget a part of the background for what a picture shows there."""
         self._mean[where] = picture[where] / np.float32(gain)
         self._count[where] = 1
         self._frames = 0
         self.picture = np.asarray(cv2.convertScaleAbs(self._mean), np.uint8)
-        self._weigh(whole(picture.shape))
+        self.dim.update(self.picture, whole_picture(picture.shape))
 
-    def take(self, picture: Picture, gain: float, window: Window, taken: NDArray[np.bool_]) -> None:
+    def absorb(self, picture: Picture, gain: float, window: Window, where: Mask) -> None:
         """Take what a picture shows in a part of a window for the background, at once.
 
         Parameters
@@ -169,17 +162,17 @@ class Background:
         gain : float
             The picture's, see `gain`.
         window : Window
-        taken : ndarray of bool
+        where : ndarray of bool
             Which pixels of the window.
         """
-        taken = taken & (picture[window] <= self.limit[window])
-        self._mean[window][taken] = picture[window][taken] / np.float32(gain)
-        self._count[window][taken] = np.maximum(self._count[window][taken], 1)
-        self.picture[window][taken] = cv2.convertScaleAbs(self._mean[window])[taken]
-        self._weigh(window)
+        where = where & (picture[window] <= self.limit[window])
+        self._mean[window][where] = picture[window][where] / np.float32(gain)
+        self._count[window][where] = np.maximum(self._count[window][where], 1)
+        self.picture[window][where] = cv2.convertScaleAbs(self._mean[window])[where]
+        self.dim.update(self.picture, window)
 
-    def learn(
-        self, picture: Picture, gain: float, hide: Callable[[Window], Picture | None]
+    def average(
+        self, picture: Picture, gain: float, worm_mask: Callable[[Window], Picture | None]
     ) -> None:
         """Average a picture in, apart from where the worm is.
 
@@ -188,12 +181,12 @@ class Background:
         picture : ndarray of uint8, shape (h, w)
         gain : float
             The picture's, see `gain`.
-        hide : callable
+        worm_mask : callable
             Returns, for a window, a mask that is not zero where the worm hides the background; None
             where it hides none of it.
         """
-        height = picture.shape[0]
-        if self._frames < EAGER_FRAMES:
+        height, settings = picture.shape[0], self._settings
+        if self._frames < settings.first_frames:
             first, last = 0, height
         else:
             first = self._next
@@ -201,8 +194,8 @@ class Background:
             self._next = 0 if last == height else last
         self._frames += 1
         band = slice(first, last), slice(0, picture.shape[1])
-        hidden = hide(band)
-        if any_white(picture[band], self.limit[band]):
+        hidden = worm_mask(band)
+        if any_glare(picture[band], self.limit[band]):
             white = cv2.compare(picture[band], self.limit[band], cv2.CMP_GT)
             white = cv2.dilate(white, np.ones((5, 5), np.uint8))
             hidden = np.asarray(
@@ -210,7 +203,7 @@ class Background:
             )
         count, mean = self._count[first:last], self._mean[first:last]
         now = picture[first:last] * np.float32(1 / gain)
-        most = max(self._visits, EAGER_FRAMES)
+        most = max(self._most_visits, settings.first_frames)
         if count.min() >= most:
             free = None if hidden is None else np.asarray(hidden == 0, np.uint8)
             cv2.accumulateWeighted(now, mean, 1 / most, mask=free)
@@ -223,13 +216,14 @@ class Background:
             now *= seen
             mean += now
         self.picture[first:last] = cv2.convertScaleAbs(mean)
-        self._weigh(band)
+        self.dim.update(self.picture, band)
 
 
-def _blocks(window: Window) -> Window:
-    """Return which blocks of pixels a window touches."""
-    rows, columns = window
-    return (
-        slice(rows.start // BLOCK_PX, -(-rows.stop // BLOCK_PX)),
-        slice(columns.start // BLOCK_PX, -(-columns.stop // BLOCK_PX)),
-    )
+def _bright_sample(mean: Floats32, settings: BackgroundSettings) -> NDArray[np.int64]:
+    """Return pixels of the bright background, spread over the picture, as flat indices."""
+    sample = np.zeros(mean.shape, bool)
+    stride = max(1, min(settings.gain_stride_px, min(mean.shape) // 16))
+    sample[::stride, ::stride] = True
+    level = np.quantile(mean[sample], 0.9)
+    bright = np.flatnonzero(sample & (mean > 0.5 * level))
+    return bright[:: max(1, len(bright) // settings.gain_samples)]

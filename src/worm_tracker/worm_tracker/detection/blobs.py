@@ -7,14 +7,26 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Picture = NDArray[np.uint8]
-Floats = NDArray[np.float64]
-Window = tuple[slice, slice]
+from worm_msgs_py.arrays import Floats, Picture
+from worm_tracker.midline.curve import transformed_points
 
-MIN_AREA_PX = 30.0
-MIN_HOLE_PX = 4.0
-ALIKE = 0.3
-"""Log of the ratio of two areas that may be one worm's at two times."""
+Window = tuple[slice, slice]
+"""Rows and columns of a part of the picture."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlobSettings:
+    """What counts as an object."""
+
+    least_area_px2: float = 30.0
+    """Smaller objects are noise, or dust."""
+    least_hole_px2: float = 4.0
+    """Smaller holes are noise, and no loop."""
+    most_log_area_ratio_of_one_worm: float = 0.3
+    """Log of the ratio of two areas that may be one worm's at two times."""
+
+
+BLOBS = BlobSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -62,23 +74,23 @@ class Blob:
             and v1 >= window[0].start - margin
         )
 
-    def moved(self, motion: Floats) -> "Blob":
+    def transformed(self, motion: Floats) -> "Blob":
         """Return the object where an affine map (2, 3) takes it."""
-        contour = np.rint(moved(self.contour, motion)).astype(np.int32)
-        (u, v), *_ = moved(np.array([[self.u, self.v]]), motion)
+        contour = np.rint(transformed_points(self.contour, motion)).astype(np.int32)
+        (u, v), *_ = transformed_points(np.array([[self.u, self.v]]), motion)
         u0, v0, width, height = cv2.boundingRect(contour)
         box = (u0, v0, u0 + width - 1, v0 + height - 1)
         return replace(self, contour=contour, u=float(u), v=float(v), box=box)
 
 
-def moved(points: NDArray[np.float64] | NDArray[np.int32], motion: Floats) -> Floats:
-    """Return points (n, 2) where an affine map (2, 3) takes them."""
-    return np.asarray(points @ motion[:, :2].T + motion[:, 2])
-
-
-def whole(shape: tuple[int, ...]) -> Window:
+def whole_picture(shape: tuple[int, ...]) -> Window:
     """Return the window that holds all of a picture."""
     return slice(0, shape[0]), slice(0, shape[1])
+
+
+def window_origin(window: Window) -> tuple[int, int]:
+    """Return (u, v) of a window's first pixel."""
+    return window[1].start, window[0].start
 
 
 def window_around(box: tuple[int, int, int, int], margin: int, shape: tuple[int, ...]) -> Window:
@@ -88,7 +100,9 @@ def window_around(box: tuple[int, int, int, int], margin: int, shape: tuple[int,
     return slice(v0, max(v1, v0 + 1)), slice(u0, max(u1, u0 + 1))
 
 
-def find_blobs(signal: Picture, threshold: float, window: Window) -> list[Blob]:
+def find_blobs(
+    signal: Picture, threshold: float, window: Window, settings: BlobSettings = BLOBS
+) -> list[Blob]:
     """Find the connected objects above a threshold, the largest first.
 
     Parameters
@@ -99,6 +113,7 @@ def find_blobs(signal: Picture, threshold: float, window: Window) -> list[Blob]:
         Grey levels.
     window : Window
         Where in the picture the signal lies.
+    settings : BlobSettings
     """
     if threshold >= 255:
         return []
@@ -112,9 +127,9 @@ def find_blobs(signal: Picture, threshold: float, window: Window) -> list[Blob]:
         moments = cv2.moments(contour)
         # The polygon runs through pixel centres: half a pixel all round is missing from its area.
         area = moments["m00"] + len(contour) / 2 + 1
-        if area < MIN_AREA_PX or moments["m00"] <= 0:
+        if area < settings.least_area_px2 or moments["m00"] <= 0:
             continue
-        holes = _hole_area(contours, tree[0], k)
+        holes = _hole_area(contours, tree[0], k, settings.least_hole_px2)
         u, v = moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]
         shifted = np.asarray(contour[:, 0, :] + offset, np.int32)
         u0, v0, width, height = cv2.boundingRect(shifted)
@@ -136,7 +151,9 @@ def draw_blob(blob: Blob, window: Window, widen: int = 0) -> Picture:
     return mask
 
 
-def pick(blobs: list[Blob], area: float, u: float, v: float, reach: float) -> Blob | None:
+def most_likely_worm(
+    blobs: list[Blob], area: float, u: float, v: float, reach: float
+) -> Blob | None:
     """Return the object that continues the worm seen last; None where nothing is there.
 
     Parameters
@@ -156,9 +173,10 @@ def pick(blobs: list[Blob], area: float, u: float, v: float, reach: float) -> Bl
     return best
 
 
-def alike(blobs: list[Blob], area: float) -> bool:
-    """Tell whether several objects have the worm's area, within a third (False: unknown)."""
-    return sum(abs(log(blob.area / area)) < ALIKE for blob in blobs) > 1 if area > 0 else False
+def several_of_area(blobs: list[Blob], area: float, settings: BlobSettings = BLOBS) -> bool:
+    """Tell whether several objects have the worm's area (False where that is 0, not known)."""
+    most = settings.most_log_area_ratio_of_one_worm
+    return sum(abs(log(blob.area / area)) < most for blob in blobs) > 1 if area > 0 else False
 
 
 def thickness(mask: Picture) -> float:
@@ -171,29 +189,32 @@ def smoothed(signal: Picture) -> Picture:
     return np.asarray(cv2.GaussianBlur(signal, (3, 3), 0), np.uint8)
 
 
-def noise_of(signal: NDArray[np.int16]) -> float:
+def noise_sd(signal: NDArray[np.int16]) -> float:
     """Return the robust standard deviation of a signal that is mostly noise about zero."""
     sparse = signal.ravel()[:: max(1, signal.size // 20000)].astype(np.float64)
     return max(1.4826 * float(np.median(np.abs(sparse - np.median(sparse)))), 0.5)
 
 
-def first_threshold(signal: Picture, noise: float) -> float:
-    """Return the signal's level between noise and worm, by Otsu's method above the noise."""
+def first_threshold(signal: Picture, noise: float, settings: BlobSettings = BLOBS) -> float:
+    """Return the signal's level between noise and worm, by Otsu's method above the noise.
+
+    Infinity where nothing stands out.
+    """
     above = signal[signal > max(4 * noise, 4.0)]
-    if len(above) < MIN_AREA_PX:
+    if len(above) < settings.least_area_px2:
         return float("inf")
     otsu, _ = cv2.threshold(above.reshape(1, -1), 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
     body = float(np.median(above[above > otsu])) if (above > otsu).any() else float(otsu)
     return max(0.4 * body, 4 * noise, 4.0)
 
 
-def _hole_area(contours: object, tree: NDArray[np.int32], k: int) -> float:
+def _hole_area(contours: object, tree: NDArray[np.int32], k: int, least: float) -> float:
     """Return the area of the holes in one outer contour."""
     total, child = 0.0, int(tree[k][2])
     while child >= 0:
         hole = contours[child]  # type: ignore[index]
         # A hole's contour runs through the pixels around it.
         area = cv2.contourArea(hole) - len(hole) / 2 + 1
-        total += area if area >= MIN_HOLE_PX else 0.0
+        total += area if area >= least else 0.0
         child = int(tree[child][0])
     return total

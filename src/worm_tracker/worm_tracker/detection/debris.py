@@ -1,126 +1,239 @@
-"""What is not worm: things that hang on to it are cut off, things beside it become background."""
+"""What is not worm: debris that hangs on to it is cut off, debris beside it becomes background."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from worm_tracker.body_model import Known
-from worm_tracker.detection.blobs import Picture, Window, find_blobs
-from worm_tracker.detection.detector import OVERGROWN, Sight
-from worm_tracker.midline.contour_midline import Floats
-
-MARGIN = 0.4
-"""How far beside the body, as it was carried on, the worm's own pixels may lie, in widths."""
-AHEAD = 1.5
-"""How far beyond its last ends the worm may have got in a frame, in widths."""
-THIN = 0.6
-"""What is thinner than this, in widths, is no body."""
-OPENINGS = (0.4, 0.55, 0.7)
-"""Parts of an object thinner than these, relative to its thickest, are taken off in turn."""
-MOST_OF = 0.75
-"""The worm is at least this part of the object."""
-RIM_PX = 2
-"""What belongs to the edge of an object: its blur."""
+from worm_msgs_py.arrays import Floats, Mask, Picture
+from worm_tracker.detection.background import Background
+from worm_tracker.detection.blobs import (
+    Blob,
+    Window,
+    draw_blob,
+    find_blobs,
+    smoothed,
+    window_around,
+    window_origin,
+)
+from worm_tracker.detection.detection import Detection
+from worm_tracker.midline.body_model import BodyModel
 
 
-def views(sight: Sight, known: Known | None, body: Floats | None) -> Iterator[Sight]:
-    """Return the sights in which the worm may be told from what hangs on to it, likeliest first.
+@dataclass(frozen=True, slots=True)
+class DebrisCuttingSettings:
+    """What is cut off the worm as debris that hangs on to it."""
+
+    overgrown_area_over_known: float = 1.04
+    """Area from which an object is looked at for what hangs on to it: the learned area is good to
+    a few per cent."""
+    body_margin_widths: float = 0.4
+    """How far beside the body, as it was, the worm's own pixels may lie."""
+    ahead_of_ends_widths: float = 1.5
+    """How far beyond its last ends the worm may have got in a frame."""
+    thinnest_body_widths: float = 0.6
+    """What is thinner is no body."""
+    openings_over_thickest: tuple[float, ...] = (0.4, 0.55, 0.7)
+    """Parts of an object thinner than these, relative to its thickest, are cut off in turn where
+    the worm's width is not known."""
+    least_area_over_object: float = 0.75
+    """The worm is at least this part of the object."""
+
+
+DEBRIS_CUTTING = DebrisCuttingSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class DebrisSettings:
+    """What beside the worm is absorbed into the background as debris."""
+
+    crowded_area_over_known: float = 1.04
+    """Area of the worm from which something hangs on to it: debris is then looked for at once."""
+    change_over_threshold: float = 0.5
+    """Change of the background, over the threshold, that is absorbed at once."""
+    change_over_noise: float = 3.5
+    """The same, over the noise, where there is debris in the background already."""
+    check_every_frames: int = 12
+    """How often such changes are looked for where nothing is seen."""
+    largest_area_over_worm: float = 0.5
+    """The largest object that is taken for debris: a larger one may be another worm."""
+    around_worm_widths: float = 6.0
+    least_around_worm_px: int = 24
+    """How far around the worm they are looked for."""
+    untouched_about_ends_widths: float = 2.0
+    """How far around the worm's ends nothing is taken for debris: an end is where it moves to."""
+    all_worm_area_over_known: float = 1.1
+    """Area below which all of the object is the worm."""
+    drawn_width_over_known: float = 1.25
+    drawn_rim_px: int = 4
+    """How wide a worm is drawn for what is not debris: with its blur."""
+    worm_blur_px: int = 5
+    """How far around the worm its blur may darken the background."""
+
+
+DEBRIS = DebrisSettings()
+
+
+def without_debris(
+    detection: Detection,
+    model: BodyModel | None,
+    body: Floats | None,
+    settings: DebrisCuttingSettings = DEBRIS_CUTTING,
+) -> Iterator[Detection]:
+    """Return detections in which the worm may be told from what hangs on to it, likeliest first.
 
     Parameters
     ----------
-    sight : Sight
+    detection : Detection
         The object as it is.
-    known : Known or None
+    model : BodyModel or None
         The worm; nothing is known of it in the first frames.
-    body : ndarray, shape (POINTS, 2), or None
+    body : ndarray, shape (TRACKED_POINTS, 2), or None
         Its midline when it was last seen.
+    settings : DebrisCuttingSettings
     """
-    if known is None:
-        yield sight
-        yield from opened(sight)
+    if model is None:
+        yield detection
+        yield from _opened(detection, settings)
         return
-    if body is not None and sight.blob.area > OVERGROWN * known.area:
-        cut = trimmed(sight, body, known.width)
+    if body is not None and detection.blob.area > settings.overgrown_area_over_known * model.area:
+        near = _corridor(detection, body, model.width, settings)
+        cut = detection.restricted_to(near)
         if cut is not None:
             yield cut
-            left = without_thin(cut, round(THIN * known.width))
+            left = _without_thin(cut, round(settings.thinnest_body_widths * model.width))
             if left is not None:
                 yield left
-    yield sight
+    yield detection
 
 
-def corridor(shape: tuple[int, ...], points: Floats, width: float, ahead: float) -> Picture:
-    """Return the neighbourhood of a body as a mask: half a width and the margin to either side.
-
-    Parameters
-    ----------
-    shape : tuple of int
-    points : ndarray, shape (n, 2)
-        Its midline, in the mask's coordinates.
-    width : float
-        Its width, pixels.
-    ahead : float
-        How far the mask goes beyond its ends, in widths.
-    """
-    mask = np.zeros(shape, np.uint8)
+def _corridor(
+    detection: Detection, body: Floats, width: float, settings: DebrisCuttingSettings
+) -> Picture:
+    """Return the neighbourhood of a body, and the way on of its ends, as a mask of the window."""
+    mask = np.zeros(detection.view.smooth.shape, np.uint8)
+    points = detection.view.in_window(body)
     line = [points]
     for end, inner in ((points[0], points[6]), (points[-1], points[-7])):
         way = end - inner
         way = way / max(float(np.hypot(*way)), 1e-9)
-        line.append(np.stack([end, end + ahead * width * way]))
-    thickness = max(3, round((1 + 2 * MARGIN) * width))
+        line.append(np.stack([end, end + settings.ahead_of_ends_widths * width * way]))
+    thick = max(3, round((1 + 2 * settings.body_margin_widths) * width))
     for part in line:
-        cv2.polylines(mask, [np.rint(16 * part).astype(np.int32)], False, 255, thickness, 8, 4)
+        cv2.polylines(mask, [np.rint(16 * part).astype(np.int32)], False, 255, thick, 8, 4)
     return mask
 
 
-def trimmed(sight: Sight, points: Floats, width: float) -> Sight | None:
-    """Return the sight of what lies near the body as it was, without what hangs on to it.
-
-    Parameters
-    ----------
-    sight : Sight
-    points : ndarray, shape (POINTS, 2)
-        The body's midline in the frame before.
-    width : float
-        Its width, pixels.
-    """
-    near = corridor(sight.smooth.shape, points - origin(sight.window), width, AHEAD)
-    return within(sight, near)
-
-
-def opened(sight: Sight) -> Iterator[Sight]:
+def _opened(detection: Detection, settings: DebrisCuttingSettings) -> Iterator[Detection]:
     """Return what is left of the object where thin parts fall off: ever thicker ones."""
-    _, mask = cv2.threshold(sight.smooth, sight.threshold, 255, cv2.THRESH_BINARY)
+    mask = detection.view.above_threshold()
     thickest = 2 * float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max())
-    for part in OPENINGS:
+    for part in settings.openings_over_thickest:
         size = round(part * thickest)
-        left = without_thin(sight, size) if size >= 3 else None
-        if left is not None and left.blob.area > MOST_OF * sight.blob.area:
+        left = _without_thin(detection, size) if size >= 3 else None
+        least = settings.least_area_over_object * detection.blob.area
+        if left is not None and left.blob.area > least:
             yield left
 
 
-def without_thin(sight: Sight, size: int) -> Sight | None:
-    """Return the sight of what is left where nothing thinner than `size` pixels is."""
+def _without_thin(detection: Detection, size: int) -> Detection | None:
+    """Return what is left of the object where nothing thinner than `size` pixels is."""
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    _, mask = cv2.threshold(sight.smooth, sight.threshold, 255, cv2.THRESH_BINARY)
-    return within(sight, np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, kernel), np.uint8))
+    opened = cv2.morphologyEx(detection.view.above_threshold(), cv2.MORPH_OPEN, kernel)
+    return detection.restricted_to(np.asarray(opened, np.uint8))
 
 
-def within(sight: Sight, mask: Picture) -> Sight | None:
-    """Return the sight of the largest object within a mask; what is outside is no signal."""
-    smooth = np.asarray(cv2.bitwise_and(sight.smooth, mask), np.uint8)
-    blobs = find_blobs(smooth, sight.threshold, sight.window)
-    if not blobs:
+@dataclass(frozen=True, eq=False, slots=True)
+class Surroundings:
+    """All of a worm in a picture: whatever else has changed there is debris.
+
+    Attributes
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+    gain : float
+        Its brightness over the background's.
+    arena : ndarray of uint8, shape (h, w)
+        Not zero where a worm can be.
+    empty : ndarray of uint8, shape (h, w)
+        The rig without worm and debris.
+    model : BodyModel
+    blob : Blob
+    body : ndarray, shape (TRACKED_POINTS, 2)
+        The worm.
+    threshold, noise : float
+        Signal of an object, and standard deviation of the noise, grey levels.
+    """
+
+    picture: Picture
+    gain: float
+    arena: Picture
+    empty: Picture
+    model: BodyModel
+    blob: Blob
+    body: Floats
+    threshold: float
+    noise: float
+
+
+def absorb_debris(
+    background: Background, seen: Surroundings, settings: DebrisSettings = DEBRIS
+) -> None:
+    """Take what came, or left, beside the worm for background at once.
+
+    The worm only makes things darker: where a picture is brighter than the background, dirt or a
+    bubble has left. What is darker away from all of the worm is none of it, unless it is large
+    enough to be another one.
+    """
+    around = round(settings.around_worm_widths * seen.model.width)
+    around = max(settings.least_around_worm_px, around)
+    window = window_around(seen.blob.box, around, seen.picture.shape)
+    where = _debris_in(window, background, seen, settings)
+    if where is not None and where.any():
+        background.absorb(seen.picture, seen.gain, window, where)
+
+
+def _debris_in(
+    window: Window, background: Background, seen: Surroundings, settings: DebrisSettings
+) -> Mask | None:
+    """Return where in a window debris came or left; None where nothing changed."""
+    level = settings.change_over_threshold * seen.threshold
+    now, ground = seen.picture[window], background.scaled(seen.gain, window)
+    signal = background.signal(seen.picture, seen.gain, window)
+    cv2.bitwise_and(signal, seen.arena[window], dst=signal)
+    signal = smoothed(signal)
+    worm, ends = _worm_in(window, seen, settings)
+    dim = background.dim.any_in(window)
+    least = settings.change_over_noise * seen.noise if dim else level
+    _, gone = cv2.threshold(cv2.subtract(now, ground), least, 255, cv2.THRESH_BINARY)
+    _, there = cv2.threshold(signal, least, 255, cv2.THRESH_BINARY)
+    cv2.bitwise_and(there, cv2.bitwise_not(worm), dst=there)
+    if not (cv2.countNonZero(gone) or cv2.countNonZero(there)):
         return None
-    wide = cv2.dilate(mask, np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8))
-    signal = np.asarray(cv2.bitwise_and(sight.signal, wide), np.uint8)
-    return replace(sight, signal=signal, smooth=smooth, blob=blobs[0])
+    dim_places = background.dim.mask(window)
+    glare = cv2.subtract(now, cv2.convertScaleAbs(seen.empty[window], alpha=seen.gain))
+    where = (gone > 0) & (dim_places | (now > ground + level)) & (glare < level)
+    where |= (there > 0) & dim_places & ((ends == 0) | (signal < level))
+    signal[(worm > 0) | (ends > 0)] = 0
+    for debris in find_blobs(signal, level, window):
+        if debris.area < settings.largest_area_over_worm * seen.model.area:
+            where |= (draw_blob(debris, window, 1) > 0) & (worm == 0) & (ends == 0)
+    return np.asarray(where)
 
 
-def origin(window: Window) -> NDArray[np.float64]:
-    """Return (u, v) of a window's first pixel."""
-    return np.array([window[1].start, window[0].start], np.float64)
+def _worm_in(
+    window: Window, seen: Surroundings, settings: DebrisSettings
+) -> tuple[Picture, Picture]:
+    """Return where the worm is in a window, and where its ends may be."""
+    worm, ends = np.zeros((2, *seen.arena[window].shape), np.uint8)
+    width = seen.model.width
+    line = np.rint(16 * (seen.body - window_origin(window))).astype(np.int32)
+    thick = round(settings.drawn_width_over_known * width) + settings.drawn_rim_px
+    cv2.polylines(worm, [line], False, 255, thick, cv2.LINE_8, 4)
+    for end in (line[0], line[-1]):
+        radius = round(16 * settings.untouched_about_ends_widths * width)
+        cv2.circle(ends, end, radius, 255, -1, cv2.LINE_8, 4)
+    # In a sharp bend a midline cuts the corner.
+    if seen.blob.area < settings.all_worm_area_over_known * seen.model.area:
+        cv2.bitwise_or(worm, draw_blob(seen.blob, window, settings.worm_blur_px), dst=worm)
+    return worm, ends

@@ -1,375 +1,371 @@
-"""Finds the worm in the picture: the one dark object that continues the one seen before."""
+"""Detects the worm in the picture: the one dark object that continues the one seen before."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from worm_msgs_py.arrays import Floats, Mask, Picture
 from worm_msgs_py.chamber import Geometry
-from worm_tracker.body_model import Known
-from worm_tracker.detection.background import MAX_GAIN, MIN_GAIN, Background
+from worm_msgs_py.status import Status
+from worm_tracker.detection.background import Background, BackgroundSettings
 from worm_tracker.detection.blobs import (
     Blob,
+    BlobSettings,
     Window,
-    alike,
     draw_blob,
     find_blobs,
     first_threshold,
-    moved,
-    noise_of,
-    pick,
+    most_likely_worm,
+    noise_sd,
+    several_of_area,
     smoothed,
     thickness,
-    whole,
+    whole_picture,
     window_around,
 )
-from worm_tracker.detection.glare import any_white, near, seen_through, white_from
-from worm_tracker.detection.illumination import WALL_REACH_PX, Picture, arena_of, empty_rig
-from worm_tracker.detection.occlusion import Joined, join, paint
-from worm_tracker.midline.contour_midline import Floats
-
-THRESHOLD = 0.4
-"""Of the signal on the midline: what counts as body when the object is cut out."""
-LEAST_AREA = 0.1
-"""Objects smaller than this part of the worm's area are none."""
-MARGIN_PX = 24
-OVERGROWN = 1.04
-"""Area over the known one from which an object is looked at for what hangs on to it."""
-SETTLE, SETTLE_FRAMES, LARGEST = 0.5, 12, 0.5
-"""Change of the background that is taken at once, over the threshold; how often it is looked for
-where nothing is seen; the largest object that is taken for dirt, over the worm's area."""
-SETTLE_AROUND = 6.0
-"""How far around the worm that is done, in widths."""
-SLIGHT = 3.5
-"""Change, over the noise, that is taken at once where there is dirt in the background already."""
-HANGS_ON = 1.1
-"""Area over the known one below which all of the object is the worm."""
-NEAR_END = 2.0
-"""How far around its ends nothing is taken for dirt, in widths."""
-ENTIRE = 0.95
-"""Area over the known one below which a part of the worm may have been cut off."""
-BEYOND = 6.0
-"""How far around the worm it is looked for where there is glare, in widths."""
-HIDE_PX = 5
-"""How far around the worm its blur may darken the background."""
+from worm_tracker.detection.debris import DebrisSettings, Surroundings, absorb_debris
+from worm_tracker.detection.detection import Detection, DetectionPrior, Missed, SignalView
+from worm_tracker.detection.glare import (
+    GlareSettings,
+    any_glare,
+    glare_limit,
+    look_through_glare,
+    may_occlude,
+)
+from worm_tracker.detection.illumination import (
+    WALL_REACH_PX,
+    IlluminationSettings,
+    arena_of,
+    empty_rig,
+)
+from worm_tracker.detection.occlusion import OcclusionSettings
+from worm_tracker.detection.reconnection import drawn, reconnected
+from worm_tracker.midline.body_model import BodyModel
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Sight:
-    """The worm's surroundings in one picture.
+@dataclass(frozen=True, slots=True)
+class DetectorSettings:
+    """What counts as the worm in a picture."""
 
-    Attributes
-    ----------
-    window : Window
-        Where in the picture the rest lies.
-    signal, smooth : ndarray of uint8
-        Background minus picture in the window, as it is and without the noise of single pixels.
-    blob : Blob
-        The object that is the worm.
-    threshold : float
-        Of `smooth`: what lies above is object.
-    joined : Joined or None
-        Where a part of the worm is hidden: how the rest was put together, in the window's
-        coordinates. What is hidden is drawn into `signal` as it is supposed to be.
-    zone : ndarray of uint8, or None
-        Not zero where glare leaves the body's width untold; None where there is none near it.
-    """
+    threshold_over_body: float = 0.4
+    """Signal, over that on the midline, of what is cut out as object: below the half-height, so
+    that all of the edge is in it."""
+    threshold_over_noise: float = 4.0
+    """The same over the noise: four standard deviations."""
+    least_area_over_worm: float = 0.1
+    """Smaller objects are none."""
+    cut_off_area_over_worm: float = 0.95
+    """Area below which a part of the worm may have been cut off."""
+    search_margin_px: int = 24
+    """How far around the last object it is looked for first."""
+    search_in_glare_widths: float = 6.0
+    """The same where there is glare, which hides how far it goes."""
+    glare_reach_widths: float = 2.0
+    """How near to the worm glare must be for anything of it to be occluded."""
+    width_of_unknown_worm_px: float = 3.0
+    """Width of a worm of which nothing has been seen yet."""
+    first_worm_margin_px: int = 6
+    """How far about the first object its blur may darken the first background."""
+    dark_over_threshold: float = 0.5
+    dark_over_noise: float = 3.0
+    """Signal that is kept out of the background as long as no worm is seen: it may be one."""
+    blobs: BlobSettings = field(default_factory=BlobSettings)
+    background: BackgroundSettings = field(default_factory=BackgroundSettings)
+    illumination: IlluminationSettings = field(default_factory=IlluminationSettings)
+    glare: GlareSettings = field(default_factory=GlareSettings)
+    occlusion: OcclusionSettings = field(default_factory=OcclusionSettings)
+    debris: DebrisSettings = field(default_factory=DebrisSettings)
 
-    window: Window
-    signal: Picture
-    smooth: Picture
-    blob: Blob
-    threshold: float
-    joined: Joined | None = None
-    zone: Picture | None = None
+
+DETECTOR = DetectorSettings()
 
 
-class Finder:
-    """Finds the worm from picture to picture, and keeps the background that it is told by.
+class Detector:
+    """Detects the worm from picture to picture, and keeps the background that it is told by.
+
+    What the worm was like and where it was comes with each picture, as a `DetectionPrior`.
 
     Parameters
     ----------
     picture : ndarray of uint8, shape (h, w)
-        The first picture, dark worm on bright ground.
+        The first picture, dark worm on bright background.
     geometry : Geometry
         The rig.
-
-    Attributes
-    ----------
-    blob : Blob or None
-        The worm in the last picture.
-    rivals : bool
-        Whether there were several objects that could each have been the worm.
+    settings : DetectorSettings
     """
 
-    def __init__(self, picture: Picture, geometry: Geometry) -> None:
-        ground, arena = empty_rig(picture, geometry)
+    def __init__(
+        self, picture: Picture, geometry: Geometry, settings: DetectorSettings = DETECTOR
+    ) -> None:
+        self._settings = settings
+        empty, arena = empty_rig(picture, geometry, settings.illumination)
         self._arena = arena.astype(np.uint8) * 255
-        signal = cv2.subtract(np.rint(ground).astype(np.uint8), picture)
+        self._empty = np.rint(empty).astype(np.uint8)
+        signal = cv2.subtract(self._empty, picture)
         signal = smoothed(np.asarray(cv2.bitwise_and(signal, self._arena), np.uint8))
-        self._noise = noise_of((ground - picture).astype(np.int16)[arena])
-        self._threshold = first_threshold(signal, self._noise)
-        self._area = 0.0
-        everything = whole(picture.shape)
-        blobs = find_blobs(signal, self._threshold, everything)
-        worm = draw_blob(blobs[0], everything, widen=6) if blobs else np.zeros_like(picture)
-        white = cv2.compare(picture, white_from(np.rint(ground).astype(np.uint8)), cv2.CMP_GT)
-        if white.any():  # what is near glare may be another part of the worm
-            around = np.ones((2 * MARGIN_PX + 1, 2 * MARGIN_PX + 1), np.uint8)
-            near_white = cv2.dilate(white, around)
-            for blob in blobs[1:]:
-                piece = draw_blob(blob, everything, widen=6)
-                if cv2.bitwise_and(piece, near_white).any():
-                    worm |= piece
-        self._background = Background(picture, ground, worm, _water(arena, geometry))
-        self.blob: Blob | None = None
-        self.body: Floats | None = None
-        self.width = 0.0
-        self._length = 0.0
-        self._frames = 0
-        self._crowded = False
-        self._veiled = False
-        self._plain = np.rint(ground).astype(np.uint8)
-        self.rivals = False
+        self._noise = noise_sd((empty - picture).astype(np.int16)[arena])
+        self._first_threshold = first_threshold(signal, self._noise, settings.blobs)
+        worm = self._first_worm(picture, signal)
+        water = _clear_water(arena, geometry)
+        self._background = Background(picture, empty, worm, water, settings.background)
+        self._frames_of_all_worm = 0
 
-    def expect(self, known: Known) -> None:
-        """Take what is known of the worm."""
-        self._area, self._length, self.width = known.area, known.length, known.width
-        self._threshold = max(THRESHOLD * known.level, 4 * self._noise)
-
-    def move(self, picture: Picture, geometry: Geometry, motion: Floats | None) -> None:
-        """Take a new geometry; see `Follower.move`."""
-        arena = arena_of(picture, geometry)
-        if motion is None:
-            opened = arena & (self._arena == 0)
-            self._background.renew(picture, self._background.gain(picture), opened)
-        else:
-            self._background.move(motion)
-            size = self._plain.shape[::-1]
-            self._plain = np.asarray(cv2.warpAffine(self._plain, motion, size), np.uint8)
-            self.body = None if self.body is None else moved(self.body, motion)
-            self.blob = None if self.blob is None else self.blob.moved(motion)
-        self._arena = arena.astype(np.uint8) * 255
-
-    def gain(self, picture: Picture) -> float | None:
-        """Return how bright a picture is, relative to the background; None where it is no view."""
-        gain = self._background.gain(picture)
-        return gain if MIN_GAIN <= gain <= MAX_GAIN else None
-
-    def find(self, picture: Picture, gain: float) -> Sight | None:
-        """Find the worm, near where it was, else in all of the picture."""
-        everything = whole(picture.shape)
-        sight = self._find_parts(picture, gain)
-        self._veiled = sight is not None and sight.joined is not None
-        if sight is not None:
-            self.blob = sight.blob
-            return sight
-        windows = [everything]
-        if self.blob is not None:
-            windows.insert(0, window_around(self.blob.box, MARGIN_PX, picture.shape))
-        for window in windows:
-            signal = self._background.signal(picture, gain, window)
-            cv2.bitwise_and(signal, self._arena[window], dst=signal)
-            smooth = smoothed(signal)
-            blobs = find_blobs(smooth, self._threshold, window)
-            blob = self._pick(blobs)
-            cut = blob is not None and blob.touches(window) and not blob.touches(everything)
-            if blob is not None and not (cut and window is not everything):
-                self.blob = blob
-                self._crowded = len(blobs) > 1 or blob.area > OVERGROWN * self._area
-                sight = Sight(window, signal, smooth, blob, self._threshold)
-                return self._with_cut_off(sight, len(blobs))
-        self.blob = self.body = None
-        if not self._area:  # no worm has been seen yet: the threshold may be wrong
-            self._threshold = first_threshold(signal, self._noise)
-        return None
-
-    def _find_parts(self, picture: Picture, gain: float) -> Sight | None:
-        """Find a worm that glare may hide a part of; None where there is none near it."""
-        window, body = whole(picture.shape), self.body
-        if not np.isfinite(self._threshold):
-            return None
-        if body is not None and self.blob is not None:
-            around = round(BEYOND * self.width)
-            window = window_around(self.blob.box, around, picture.shape)
-        now, limit = picture[window], self._background.limit[window]
-        if not any_white(now, limit):
-            return None
-        ground = self._background.scaled(gain, window)
-        width = self.width or self._width(picture, gain)
-        through = seen_through(now, limit, ground, self._arena[window], width, self._threshold)
-        offset = np.array([window[1].start, window[0].start])
-        if body is not None:
-            body = body - offset
-            if not near(through.zone, body, 2 * width):
-                return None
-        blobs = find_blobs(through.smooth, self._threshold, whole(now.shape))
-        level = self._threshold / THRESHOLD
-        joined = join(blobs, through.signal, through.zone, width, self._length, level, body)
-        if joined is not None:
-            return self._put_together(
-                window, through.signal, through.smooth, through.zone, joined, width
-            )
-        blob = self._pick(find_blobs(through.smooth, self._threshold, window))
-        if blob is None:
-            return None
-        return Sight(
-            window, through.signal, through.smooth, blob, self._threshold, None, through.zone
-        )
-
-    def _with_cut_off(self, sight: Sight, objects: int) -> Sight:
-        """Return a sight with what is cut off by dirt in the background that has moved on."""
-        window = sight.window
-        small = objects > 1 and sight.blob.area < ENTIRE * self._area
-        if self.body is None or not small or not self._background.dim_in(window):
-            return sight
-        zone = self._background.cluttered(window).astype(np.uint8)
-        blobs = find_blobs(sight.smooth, self._threshold, whole(sight.smooth.shape))
-        body = self.body - np.array([window[1].start, window[0].start])
-        level = self._threshold / THRESHOLD
-        joined = join(blobs, sight.signal, zone, self.width, self._length, level, body)
-        if joined is None or any(joined.hidden):
-            return sight
-        found = self._put_together(window, sight.signal, sight.smooth, zone, joined, self.width)
-        if found is None or found.blob.area < sight.blob.area:
-            return sight
-        self.blob, self._veiled = found.blob, True
-        return found
-
-    def _put_together(
-        self,
-        window: Window,
-        signal: Picture,
-        smooth: Picture,
-        zone: Picture,
-        joined: Joined,
-        width: float,
-    ) -> Sight | None:
-        """Return the sight of a worm whose pieces were joined, what is hidden drawn in."""
-        level = self._threshold / THRESHOLD
-        signal = paint(signal, joined.bridges, width, level)
-        smooth = paint(smooth, joined.bridges, width, level)
-        for piece in joined.pieces:  # one object, also where it fades
-            smooth = paint(smooth, [piece], 1, level)
-        blobs = find_blobs(smooth, self._threshold, window)
-        if not blobs:
-            return None
-        middle = joined.pieces[0][len(joined.pieces[0]) // 2]
-        u, v = float(middle[0] + window[1].start), float(middle[1] + window[0].start)
-        inside = [cv2.pointPolygonTest(b.contour[:, None], (u, v), True) for b in blobs]
-        blob = blobs[int(np.argmax(inside))]
-        return Sight(window, signal, smooth, blob, self._threshold, joined, zone)
-
-    def _width(self, picture: Picture, gain: float) -> float:
-        """Return a first guess of the worm's width: the thickness of the largest object."""
-        everything = whole(picture.shape)
-        signal = self._background.signal(picture, gain, everything)
-        cv2.bitwise_and(signal, self._arena, dst=signal)
-        blobs = find_blobs(smoothed(signal), self._threshold, everything)
-        if not blobs:
-            return 3.0
-        return thickness(draw_blob(blobs[0], everything))
-
-    def learn(self, picture: Picture, gain: float, body: Floats, entire: bool) -> None:
-        """Let the background follow the picture where the worm is not.
+    def transform(self, picture: Picture, geometry: Geometry, motion: Floats | None) -> None:
+        """Take a new geometry, before the picture that it holds from is looked at.
 
         Parameters
         ----------
         picture : ndarray of uint8, shape (h, w)
-        gain : float
-        body : ndarray, shape (n, 2)
-            The midline; empty where it was not resolved.
-        entire : bool
-            Whether it is that of all of the worm: what is elsewhere is something else.
+        geometry : Geometry
+        motion : ndarray, shape (2, 3), or None
+            Affine map of old picture coordinates to new ones; None where nothing has moved.
         """
-        if not self._veiled:  # else not all of the worm may be known
-            self._background.learn(picture, gain, self._hide(picture, gain))
-        if len(body):
-            self.body = body
-        if entire and self.blob is not None:
-            self._frames += 1
-            near = window_around(self.blob.box, MARGIN_PX, picture.shape)
-            often = self._crowded or self._background.dim_in(near)
-            if often or self._frames % SETTLE_FRAMES == 0:
-                self._settle(picture, gain, body, self.blob)
+        arena = arena_of(picture, geometry, self._settings.illumination)
+        if motion is None:
+            opened = arena & (self._arena == 0)
+            self._background.reset(picture, self._background.gain(picture), opened)
+        else:
+            self._background.transform(motion)
+            size = self._empty.shape[::-1]
+            self._empty = np.asarray(cv2.warpAffine(self._empty, motion, size), np.uint8)
+        self._arena = arena.astype(np.uint8) * 255
 
-    def _settle(self, picture: Picture, gain: float, body: Floats, blob: Blob) -> None:
-        """Take what came, or left, beside the worm for background at once.
+    def detect(self, picture: Picture, prior: DetectionPrior) -> Detection | Missed:
+        """Find the worm, near where it was, else in all of the picture."""
+        gain = self._background.gain(picture)
+        if not self._background.is_view(gain):
+            return Missed(Status.BAD_IMAGE, gain)
+        found = self._detect_in_glare(picture, gain, prior)
+        if found is None and prior.blob is not None:
+            near = window_around(prior.blob.box, self._settings.search_margin_px, picture.shape)
+            found = self._detect_in(self._view(picture, gain, near, prior), picture.shape, prior)
+        if found is not None:
+            return found
+        view = self._view(picture, gain, whole_picture(picture.shape), prior)
+        return self._detect_in(view, picture.shape, prior) or self._missed(view, prior)
 
-        The worm only makes things darker: where a picture is brighter than the background, dirt or
-        a bubble has left. What is darker away from all of the worm is none of it, unless it is
-        large enough to be another one.
+    def update_background(
+        self,
+        picture: Picture,
+        detection: Detection | Missed,
+        prior: DetectionPrior,
+        all_worm: Floats | None,
+    ) -> None:
+        """Let the background follow a picture where the worm is not.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (h, w)
+        detection : Detection or Missed
+            What was found in it.
+        prior : DetectionPrior
+            What is known of the worm now, this picture included.
+        all_worm : ndarray, shape (TRACKED_POINTS, 2), or None
+            The midline where it is that of all of the worm: what is elsewhere is something else.
         """
-        around = max(MARGIN_PX, round(SETTLE_AROUND * self.width))
-        window = window_around(blob.box, around, picture.shape)
-        level, slight = SETTLE * self._threshold, SLIGHT * self._noise
-        now, ground = picture[window], self._background.scaled(gain, window)
-        dim = self._background.dim_in(window)
+        if isinstance(detection, Missed):
+            mask = self._dark_mask(picture, detection, prior)
+            self._background.average(picture, detection.gain, mask)
+            return
+        if detection.occlusion is None:  # else not all of the worm may be known
+            self._background.average(picture, detection.gain, self._worm_mask(detection.blob))
+        if all_worm is not None and prior.model is not None:
+            self._absorb_debris(picture, detection, prior, prior.model, all_worm)
+
+    def _absorb_debris(
+        self,
+        picture: Picture,
+        detection: Detection,
+        prior: DetectionPrior,
+        model: BodyModel,
+        all_worm: Floats,
+    ) -> None:
+        """Take debris beside all of the worm for background, where there may be any."""
+        settings = self._settings
+        self._frames_of_all_worm += 1
+        near = window_around(detection.blob.box, settings.search_margin_px, picture.shape)
+        due = self._frames_of_all_worm % settings.debris.check_every_frames == 0
+        if due or detection.crowded or self._background.dim.any_in(near):
+            seen = Surroundings(
+                picture,
+                detection.gain,
+                self._arena,
+                self._empty,
+                model,
+                detection.blob,
+                all_worm,
+                self._threshold(prior),
+                self._noise,
+            )
+            absorb_debris(self._background, seen, settings.debris)
+
+    def _first_worm(self, picture: Picture, signal: Picture) -> Picture:
+        """Return where in the first picture a worm may be, not zero there."""
+        everything, margin = whole_picture(picture.shape), self._settings.first_worm_margin_px
+        blobs = self._blobs(signal, self._first_threshold, everything)
+        if not blobs:
+            return np.zeros_like(picture)
+        worm = draw_blob(blobs[0], everything, margin)
+        white = cv2.compare(picture, glare_limit(self._empty), cv2.CMP_GT)
+        if white.any():  # what is near glare may be another part of the worm
+            size = 2 * self._settings.search_margin_px + 1
+            near_white = cv2.dilate(white, np.ones((size, size), np.uint8))
+            for blob in blobs[1:]:
+                fragment = draw_blob(blob, everything, margin)
+                if cv2.bitwise_and(fragment, near_white).any():
+                    worm |= fragment
+        return worm
+
+    def _threshold(self, prior: DetectionPrior) -> float:
+        """Return the signal, grey levels, above which a pixel belongs to an object."""
+        if prior.model is None:
+            return self._first_threshold
+        settings = self._settings
+        over_noise = settings.threshold_over_noise * self._noise
+        return max(settings.threshold_over_body * prior.model.level, over_noise)
+
+    def _blobs(self, signal: Picture, threshold: float, window: Window) -> list[Blob]:
+        return find_blobs(signal, threshold, window, self._settings.blobs)
+
+    def _signal(self, picture: Picture, gain: float, window: Window) -> Picture:
+        """Return how much darker than the background a window is, where a worm can be."""
         signal = self._background.signal(picture, gain, window)
         cv2.bitwise_and(signal, self._arena[window], dst=signal)
-        signal = smoothed(signal)
-        worm, ends = self._body_in(body, window)
-        if blob.area < HANGS_ON * self._area:  # in a sharp bend a midline cuts the corner
-            cv2.bitwise_or(worm, draw_blob(blob, window, HIDE_PX), dst=worm)
-        least = slight if dim else level
-        _, gone = cv2.threshold(cv2.subtract(now, ground), least, 255, cv2.THRESH_BINARY)
-        _, there = cv2.threshold(signal, least, 255, cv2.THRESH_BINARY)
-        cv2.bitwise_and(there, cv2.bitwise_not(worm), dst=there)
-        if not (cv2.countNonZero(gone) or cv2.countNonZero(there)):
-            return
-        cluttered = self._background.cluttered(window)
-        glare = cv2.subtract(now, cv2.convertScaleAbs(self._plain[window], alpha=gain))
-        where = (gone > 0) & (cluttered | (now > ground + level)) & (glare < level)
-        where |= (there > 0) & cluttered & ((ends == 0) | (signal < level))
-        signal[(worm > 0) | (ends > 0)] = 0
-        for dirt in find_blobs(signal, level, window):
-            if dirt.area < LARGEST * self._area:
-                where |= (draw_blob(dirt, window, 1) > 0) & (worm == 0) & (ends == 0)
-        if where.any():
-            self._background.take(picture, gain, window, where)
+        return signal
 
-    def _body_in(self, body: Floats, window: Window) -> tuple[Picture, Picture]:
-        """Return where the worm is in a window, and where its ends may be."""
-        worm, ends = np.zeros((2, *self._arena[window].shape), np.uint8)
-        line = np.rint(16 * (body - (window[1].start, window[0].start))).astype(np.int32)
-        thick = round(1.25 * self.width) + 2 * 2
-        cv2.polylines(worm, [line], False, 255, thick, cv2.LINE_8, 4)
-        for end in (line[0], line[-1]):
-            cv2.circle(ends, end, round(16 * NEAR_END * self.width), 255, -1, cv2.LINE_8, 4)
-        return worm, ends
+    def _view(
+        self, picture: Picture, gain: float, window: Window, prior: DetectionPrior
+    ) -> SignalView:
+        signal = self._signal(picture, gain, window)
+        return SignalView(window, signal, smoothed(signal), self._threshold(prior), gain)
 
-    def _pick(self, blobs: list[Blob]) -> Blob | None:
-        """Return the object that is the worm, if any can be."""
-        blobs = [blob for blob in blobs if blob.area > LEAST_AREA * self._area]
-        # With nothing to go by but the size, two of the worm's size could each be the worm.
-        self.rivals = self.blob is None and alike(blobs, self._area)
-        if self.rivals:
+    def _detect_in(
+        self, view: SignalView, shape: tuple[int, ...], prior: DetectionPrior
+    ) -> Detection | None:
+        """Find the worm in a window; None where it is not there, or not all of it."""
+        blobs = self._blobs(view.smooth, view.threshold, view.window)
+        blob = self._pick(blobs, prior)
+        if blob is None or (blob.touches(view.window) and not blob.touches(whole_picture(shape))):
             return None
-        if self.blob is None:
-            return pick(blobs, self._area, 0.0, 0.0, 0.0)
-        u0, v0, u1, v1 = self.blob.box
-        reach = max(float(u1 - u0), float(v1 - v0), 20.0)
-        return pick(blobs, self._area, self.blob.u, self.blob.v, reach)
+        found = Detection(view, blob, self._is_crowded(blobs, blob, prior))
+        return self._with_cut_off(found, len(blobs), prior)
 
-    def _hide(self, picture: Picture, gain: float) -> Callable[[Window], Picture | None]:
+    def _missed(self, view: SignalView, prior: DetectionPrior) -> Missed:
+        """Say why there is no worm in the whole picture."""
+        blobs = self._blobs(view.smooth, view.threshold, view.window)
+        if prior.model is None:  # no worm has been seen yet: the threshold may be wrong
+            self._first_threshold = first_threshold(view.signal, self._noise, self._settings.blobs)
+        rivals = prior.blob is None and self._several_worms(blobs, prior)
+        return Missed(Status.AMBIGUOUS if rivals else Status.NO_WORM, view.gain)
+
+    def _is_crowded(self, blobs: list[Blob], blob: Blob, prior: DetectionPrior) -> bool:
+        """Tell whether there is more than the worm, beside it or hanging on to it."""
+        most = self._settings.debris.crowded_area_over_known * prior.area
+        return len(blobs) > 1 or blob.area > most
+
+    def _detect_in_glare(
+        self, picture: Picture, gain: float, prior: DetectionPrior
+    ) -> Detection | None:
+        """Find a worm that glare may hide a part of; None where there is none near it."""
+        threshold, settings = self._threshold(prior), self._settings
+        if not np.isfinite(threshold):
+            return None
+        window, body = whole_picture(picture.shape), prior.body
+        width = prior.model.width if prior.model else 0.0
+        if body is not None and prior.blob is not None:
+            around = round(settings.search_in_glare_widths * width)
+            window = window_around(prior.blob.box, around, picture.shape)
+        now, limit = picture[window], self._background.limit[window]
+        if not any_glare(now, limit):
+            return None
+        background = self._background.scaled(gain, window)
+        width = width or self._first_width(picture, gain)
+        through = look_through_glare(
+            now, limit, background, self._arena[window], width, threshold, settings.glare
+        )
+        view = SignalView(window, through.signal, through.smooth, threshold, gain)
+        reach = settings.glare_reach_widths * width
+        if body is not None and not may_occlude(through.occluder, view.in_window(body), reach):
+            return None
+        level = threshold / settings.threshold_over_body
+        body_seen = reconnected(view, through.occluder, width, level, prior, settings.occlusion)
+        if body_seen is not None:
+            return drawn(view, through.occluder, body_seen, width, level)
+        blobs = self._blobs(view.smooth, threshold, window)
+        blob = self._pick(blobs, prior)
+        if blob is None:
+            return None
+        crowded = self._is_crowded(blobs, blob, prior)
+        return Detection(view, blob, crowded, occluder=through.occluder)
+
+    def _with_cut_off(self, found: Detection, objects: int, prior: DetectionPrior) -> Detection:
+        """Return a detection with what is cut off by dirt in the background that has moved on."""
+        view, settings = found.view, self._settings
+        small = found.blob.area < settings.cut_off_area_over_worm * prior.area
+        if prior.body is None or prior.model is None or objects < 2 or not small:
+            return found
+        if not self._background.dim.any_in(view.window):
+            return found
+        occluder = self._background.dim.mask(view.window).astype(np.uint8)
+        width, level = prior.model.width, view.threshold / settings.threshold_over_body
+        body = reconnected(view, occluder, width, level, prior, settings.occlusion)
+        if body is None or any(body.occluded_ends):
+            return found
+        whole = drawn(view, occluder, body, width, level)
+        return found if whole is None or whole.blob.area < found.blob.area else whole
+
+    def _first_width(self, picture: Picture, gain: float) -> float:
+        """Return a first guess of the worm's width: the thickness of the largest object."""
+        everything = whole_picture(picture.shape)
+        signal = smoothed(self._signal(picture, gain, everything))
+        blobs = self._blobs(signal, self._first_threshold, everything)
+        if not blobs:
+            return self._settings.width_of_unknown_worm_px
+        return thickness(draw_blob(blobs[0], everything))
+
+    def _large_enough(self, blobs: list[Blob], prior: DetectionPrior) -> list[Blob]:
+        least = self._settings.least_area_over_worm * prior.area
+        return [blob for blob in blobs if blob.area > least]
+
+    def _several_worms(self, blobs: list[Blob], prior: DetectionPrior) -> bool:
+        """Tell whether several objects could each be the worm, by their size."""
+        return several_of_area(self._large_enough(blobs, prior), prior.area, self._settings.blobs)
+
+    def _pick(self, blobs: list[Blob], prior: DetectionPrior) -> Blob | None:
+        """Return the object that is the worm, if any can be."""
+        blobs = self._large_enough(blobs, prior)
+        if prior.blob is None:
+            # With nothing to go by but the size, two of the worm's size could each be the worm.
+            if self._several_worms(blobs, prior):
+                return None
+            return most_likely_worm(blobs, prior.area, 0.0, 0.0, 0.0)
+        u0, v0, u1, v1 = prior.blob.box
+        reach = max(float(u1 - u0), float(v1 - v0), 20.0)
+        return most_likely_worm(blobs, prior.area, prior.blob.u, prior.blob.v, reach)
+
+    def _worm_mask(self, blob: Blob) -> Callable[[Window], Picture | None]:
         """Return the function that masks the worm for the background."""
-        blob = self.blob
-        if blob is not None:
-            return lambda window: (
-                draw_blob(blob, window, HIDE_PX) if blob.near(window, HIDE_PX) else None
-            )
+        blur = self._settings.debris.worm_blur_px
+        return lambda window: draw_blob(blob, window, blur) if blob.near(window, blur) else None
+
+    def _dark_mask(
+        self, picture: Picture, missed: Missed, prior: DetectionPrior
+    ) -> Callable[[Window], Picture]:
+        """Return the function that masks all that may be the worm for the background."""
+        settings = self._settings
+        level = settings.dark_over_threshold * min(self._threshold(prior), 255.0)
+        level = max(level, settings.dark_over_noise * self._noise)
 
         def dark(window: Window) -> Picture:
-            signal = self._background.signal(picture, gain, window)
-            level = max(0.5 * min(self._threshold, 255.0), 3 * self._noise)
+            signal = self._background.signal(picture, missed.gain, window)
             return np.asarray(signal > level, np.uint8)
 
         return dark
 
 
-def _water(arena: NDArray[np.bool_], geometry: Geometry) -> NDArray[np.bool_]:
+def _clear_water(arena: Mask, geometry: Geometry) -> Mask:
     """Return where clear water is sure to be bright: away from the walls of the rig."""
     if not geometry.chambers:
         return np.zeros_like(arena)

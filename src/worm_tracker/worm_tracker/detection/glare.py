@@ -1,72 +1,86 @@
-"""Where glare leaves the picture nothing to tell, and what can still be seen through its fringe."""
+"""Where glare saturates the picture, and what can still be seen through its fringe."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from worm_tracker.detection.blobs import Floats, Picture, smoothed
+from worm_msgs_py.arrays import Floats, Picture
+from worm_tracker.detection.blobs import smoothed
 
-WHITE = 250
+SATURATED = 250
 """Grey level from which the camera cannot tell one light from another."""
-ABOVE = 20
+_GLARE_ABOVE = 20
 """Grey levels above the rig's own light from which that is glare. Where clear water itself is about
 white nothing is glare: a worm is dark there as everywhere."""
-STRIDE = 8
+_STRIDE = 8
 """Of the rows and columns that are looked at to see whether there is any glare."""
-WIDER = 1.8
-"""A dark track that is narrower than this, in the worm's widths, is the worm before the glare."""
-FAINTEST = 15.0
-"""Least signal that counts where all but the worm is white: there is no noise in what is white."""
-FAR = 0.75
-"""How far around what is white the picture may be of no use, in widths."""
 
 
-class Through(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class GlareSettings:
+    """What of a worm can be told in and about glare."""
+
+    most_track_width_widths: float = 1.8
+    """A dark track that is narrower than this is the worm before the glare."""
+    least_signal_in_glare: float = 15.0
+    """Least signal, grey levels, that counts where all but the worm is white: there is no noise in
+    what is white."""
+    fringe_widths: float = 0.75
+    """How far around what is white the picture may be of no use."""
+
+
+GLARE = GlareSettings()
+
+
+class GlareView(NamedTuple):
     """A window as it is seen through glare.
 
     Attributes
     ----------
     signal, smooth : ndarray of uint8
-        As in a `Sight`; in what is white `smooth` is so much stronger that the usual threshold is
-        right there too.
-    zone : ndarray of uint8
-        Not zero where the picture may not tell.
+        As in a `SignalView`; in what is white `smooth` is so much stronger that the usual threshold
+        is right there too.
+    occluder : ndarray of uint8
+        Not zero where the glare may hide the worm.
     """
 
     signal: Picture
     smooth: Picture
-    zone: Picture
+    occluder: Picture
 
 
-def white_from(clear: Picture) -> Picture:
+def glare_limit(clear: Picture) -> Picture:
     """Return the grey level above which a pixel is glare; 255, which is never, in bright water."""
-    return np.where(clear < WHITE - ABOVE, WHITE - 1, 255).astype(np.uint8)
+    return np.where(clear < SATURATED - _GLARE_ABOVE, SATURATED - 1, 255).astype(np.uint8)
 
 
-def any_white(picture: Picture, limit: Picture) -> bool:
+def any_glare(picture: Picture, limit: Picture) -> bool:
     """Tell whether there is glare in a window."""
-    return bool((picture[::STRIDE, ::STRIDE] > limit[::STRIDE, ::STRIDE]).any())
+    return bool((picture[::_STRIDE, ::_STRIDE] > limit[::_STRIDE, ::_STRIDE]).any())
 
 
-def seen_through(
+def look_through_glare(
     picture: Picture,
     limit: Picture,
-    ground: Picture,
+    background: Picture,
     arena: Picture,
     width: float,
     threshold: float,
-) -> Through:
+    settings: GlareSettings = GLARE,
+) -> GlareView:
     """Look through the fringe of glare.
 
     Parameters
     ----------
-    picture, limit, ground, arena : ndarray of uint8, shape (h, w)
-        A window of the picture, of `white_from`, of the background, and of where a worm can be.
+    picture, limit, background, arena : ndarray of uint8, shape (h, w)
+        A window of the picture, of `glare_limit`, of the background, and of where a worm can be.
     width : float
         The worm's, pixels.
     threshold : float
         What counts as object elsewhere.
+    settings : GlareSettings
 
     Notes
     -----
@@ -74,29 +88,31 @@ def seen_through(
     worm are closed.
     """
     white = cv2.compare(picture, limit, cv2.CMP_GT)
-    size = 2 * round(WIDER * width / 2) + 1
+    size = 2 * round(settings.most_track_width_widths * width / 2) + 1
     closing = np.ones((size, size), np.uint8)
     bright = cv2.morphologyEx(white, cv2.MORPH_CLOSE, closing)
     light = cv2.morphologyEx(picture, cv2.MORPH_CLOSE, closing)
-    ground = np.where(bright > 0, cv2.max(light, ground), ground)
-    signal = np.asarray(cv2.bitwise_and(cv2.subtract(ground, picture), arena), np.uint8)
+    background = np.where(bright > 0, cv2.max(light, background), background)
+    signal = np.asarray(cv2.bitwise_and(cv2.subtract(background, picture), arena), np.uint8)
     smooth = smoothed(signal)
-    stronger = cv2.convertScaleAbs(smooth, alpha=max(threshold / FAINTEST, 1.0))
-    smooth = np.asarray(np.where((bright > 0) & (light >= WHITE), stronger, smooth), np.uint8)
-    reach = 2 * round(FAR * width) + 1
+    gain = max(threshold / settings.least_signal_in_glare, 1.0)
+    stronger = cv2.convertScaleAbs(smooth, alpha=gain)
+    smooth = np.asarray(np.where((bright > 0) & (light >= SATURATED), stronger, smooth), np.uint8)
+    reach = 2 * round(settings.fringe_widths * width) + 1
     around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (reach, reach))
-    return Through(signal, smooth, np.asarray(cv2.dilate(bright, around), np.uint8))
+    return GlareView(signal, smooth, np.asarray(cv2.dilate(bright, around), np.uint8))
 
 
-def near(zone: Picture, points: Floats, reach: float) -> bool:
-    """Tell whether any point of a curve, or of its ends' way on, is within a reach of a zone."""
+def may_occlude(occluder: Picture, points: Floats, reach: float) -> bool:
+    """Tell whether any point of a curve, or of its ends continued by a reach, is in an occluder."""
     ends = [
-        points[k] + (points[k] - points[j]) * reach / _apart(points[k], points[j])
+        points[k] + (points[k] - points[j]) * reach / _distance(points[k], points[j])
         for k, j in ((0, 3), (-1, -4))
     ]
     u, v = np.rint(np.concatenate([points, ends])).astype(int).T
-    return bool((zone[v.clip(0, zone.shape[0] - 1), u.clip(0, zone.shape[1] - 1)] > 0).any())
+    height, width = occluder.shape
+    return bool((occluder[v.clip(0, height - 1), u.clip(0, width - 1)] > 0).any())
 
 
-def _apart(one: Floats, other: Floats) -> float:
+def _distance(one: Floats, other: Floats) -> float:
     return max(float(np.hypot(*(one - other))), 1e-9)

@@ -1,4 +1,4 @@
-"""The light behind a worm that was there from the first frame: what one would see without it."""
+"""The illumination behind a worm that was there from the first frame: the picture without it."""
 
 from dataclasses import dataclass
 
@@ -7,46 +7,67 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
 from worm_msgs_py.chamber import Chamber, Geometry
 
-Picture = NDArray[np.uint8]
-Floats = NDArray[np.float32]
-Doubles = NDArray[np.float64]
-
-SAMPLES = 20000
-"""Pixels that the smooth field is fitted to."""
 WALL_REACH_PX = 12
 """How far to either side of the wall its blurred profile is modelled."""
+_FIELD_SAMPLES = 20000
+"""Pixels that the smooth field is fitted to."""
 
 
-def fit_light(picture: Picture, arena: NDArray[np.bool_]) -> Floats:
-    """Fit a smooth field to the bright ground of a picture, dark objects left out.
+@dataclass(frozen=True, slots=True)
+class IlluminationSettings:
+    """Which pixels are clear water, and which are the worm's, walls' or debris's."""
+
+    darkest_left_out: float = 0.25
+    """Part of the pixels that the first fit leaves out: most worms are less of the view."""
+    most_darker_sd: float = 2.5
+    most_brighter_sd: float = 4.0
+    """Pixels farther from the field than so many robust deviations are not clear water."""
+    rounds: int = 12
+    """Most times that the field is fitted until it settles."""
+    wall_profile_quantile: float = 0.6
+    """Of the pixels at one distance from the wall: above the median, as a worm along the wall makes
+    some of them darker."""
+    lit_over_entrance: float = 0.6
+    """Brightness over that of its entrance from which a place is taken to be in the passage."""
+
+
+ILLUMINATION = IlluminationSettings()
+
+
+def fit_illumination(
+    picture: Picture, arena: Mask, settings: IlluminationSettings = ILLUMINATION
+) -> Floats32:
+    """Fit a smooth field to the bright background of a picture, dark objects left out.
 
     Parameters
     ----------
     picture : ndarray of uint8, shape (h, w)
     arena : ndarray of bool, shape (h, w)
-        Where the ground is in view.
+        Where the background is in view.
+    settings : IlluminationSettings
 
     Returns
     -------
     ndarray of float32, shape (h, w)
-        A polynomial of third order; pixels darker than 2.5 robust deviations, or brighter than
-        four, are dropped and the fit repeated until it settles.
+        A polynomial of third order; pixels too dark or too bright for it are dropped and the fit
+        repeated until it settles.
     """
     h, w = picture.shape
     v, u = np.nonzero(arena)
-    stride = max(1, len(v) // SAMPLES)
+    stride = max(1, len(v) // _FIELD_SAMPLES)
     v, u = v[::stride], u[::stride]
     values = picture[v, u].astype(np.float64)
     basis = _polynomial(u / w, v / h)
-    keep = values >= np.quantile(values, 0.25)  # most worms are less than a quarter of the view
+    keep = values >= np.quantile(values, settings.darkest_left_out)
     field: NDArray[np.floating] = np.zeros(basis.shape[1])
-    for _ in range(12):
+    for _ in range(settings.rounds):
         field, *_ = np.linalg.lstsq(basis[keep], values[keep], rcond=None)
         off = values - basis @ field
         sd = max(1.4826 * float(np.median(np.abs(off[keep]))), 0.5)
-        again = (off > -2.5 * sd) & (off < 4 * sd)
+        again = (off > -settings.most_darker_sd * sd) & (off < settings.most_brighter_sd * sd)
         if (again == keep).all() or again.sum() < 4 * basis.shape[1]:
             break
         keep = again
@@ -55,61 +76,66 @@ def fit_light(picture: Picture, arena: NDArray[np.bool_]) -> Floats:
     return np.asarray(np.clip(grid @ field, 0, 255), np.float32)
 
 
-def empty_rig(picture: Picture, geometry: Geometry) -> tuple[Floats, NDArray[np.bool_]]:
+def empty_rig(
+    picture: Picture, geometry: Geometry, settings: IlluminationSettings = ILLUMINATION
+) -> tuple[Floats32, Mask]:
     """Return what the picture would show without a worm, and where the worm can be.
 
     Parameters
     ----------
     picture : ndarray of uint8, shape (h, w)
-        Dark worm on bright ground.
+        Dark worm on bright background.
     geometry : Geometry
-        The rig; without chambers all of the picture is ground.
+        The rig; without chambers all of the picture is background.
+    settings : IlluminationSettings
 
     Returns
     -------
-    ground : ndarray of float32, shape (h, w)
-        The smooth light in the chambers, the wall's usual profile about each circle and along the
-        passage, whose walls are like it, and elsewhere the picture itself.
+    background : ndarray of float32, shape (h, w)
+        The smooth illumination in the chambers, the wall's usual profile about each circle and
+        along the passage, whose walls are like it, and elsewhere the picture itself.
     arena : ndarray of bool, shape (h, w)
         Chambers up to just beyond the wall, and passages.
     """
     if not geometry.chambers:
         arena = np.ones(picture.shape, bool)
-        return fit_light(picture, arena), arena
-    rigs = _parts_of(picture, geometry)
+        return fit_illumination(picture, arena, settings), arena
+    rigs = _regions(picture, geometry, settings)
     arena = _arena(rigs, picture.shape)
     water = np.zeros(picture.shape, bool)
     clear = np.zeros(picture.shape, bool)
-    for parts in rigs:
-        water |= parts.out < -WALL_REACH_PX / 2
-        clear |= parts.passage & (parts.depth > WALL_REACH_PX / 4)
-    light = fit_light(picture, water | clear)
-    ground = picture.astype(np.float32)
-    ground[water] = light[water]
+    for region in rigs:
+        water |= region.out < -WALL_REACH_PX / 2
+        clear |= region.passage & (region.depth > WALL_REACH_PX / 4)
+    light = fit_illumination(picture, water | clear, settings)
+    background = picture.astype(np.float32)
+    background[water] = light[water]
     relative = np.asarray(picture / np.maximum(light, 1.0), np.float32)
-    for parts in rigs:
-        band = (np.abs(parts.out) < WALL_REACH_PX) & ~parts.passage
+    for region in rigs:
+        band = (np.abs(region.out) < WALL_REACH_PX) & ~region.passage
         if not band.any():
             continue
-        away, part = _wall_profile(relative[band], parts.out[band])
-        ground[band] = light[band] * np.interp(parts.out[band], away, part)
-        inner = parts.passage & (parts.out > -WALL_REACH_PX / 2)
-        across = np.minimum(parts.out, -parts.depth)[inner]
-        level = _level(relative[parts.passage & (parts.depth > WALL_REACH_PX / 4)])
-        ground[inner] = light[inner] * level * np.interp(across, away, part)
-    return ground, arena
+        away, part = _wall_profile(relative[band], region.out[band], settings)
+        background[band] = light[band] * np.interp(region.out[band], away, part)
+        inner = region.passage & (region.out > -WALL_REACH_PX / 2)
+        across = np.minimum(region.out, -region.depth)[inner]
+        level = _passage_level(relative[region.passage & (region.depth > WALL_REACH_PX / 4)])
+        background[inner] = light[inner] * level * np.interp(across, away, part)
+    return background, arena
 
 
-def arena_of(picture: Picture, geometry: Geometry) -> NDArray[np.bool_]:
+def arena_of(
+    picture: Picture, geometry: Geometry, settings: IlluminationSettings = ILLUMINATION
+) -> Mask:
     """Return where in the picture a worm can be, shape (h, w); see `empty_rig`."""
     if not geometry.chambers:
         return np.ones(picture.shape, bool)
-    return _arena(_parts_of(picture, geometry), picture.shape)
+    return _arena(_regions(picture, geometry, settings), picture.shape)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Parts:
-    """One chamber's parts of the picture, pixel by pixel.
+class _Regions:
+    """One chamber's regions of the picture, pixel by pixel.
 
     Attributes
     ----------
@@ -121,12 +147,12 @@ class _Parts:
         The passage, its blurred walls included.
     """
 
-    out: Floats
-    depth: Floats
-    passage: NDArray[np.bool_]
+    out: Floats32
+    depth: Floats32
+    passage: Mask
 
     @classmethod
-    def of(cls, chamber: Chamber, end_m: float, u: Floats, v: Floats) -> "_Parts":
+    def of(cls, chamber: Chamber, end_m: float, u: Floats32, v: Floats32) -> "_Regions":
         out = np.hypot(u - chamber.centre_u_px, v - chamber.centre_v_px) - chamber.radius_px
         if not np.isfinite(chamber.exit_width_m):
             none = np.zeros(u.shape, bool)
@@ -138,7 +164,12 @@ class _Parts:
         return cls(out.astype(np.float32), depth.astype(np.float32), passage)
 
 
-def passage_end(picture: Picture, geometry: Geometry, chamber: Chamber) -> float:
+def passage_end(
+    picture: Picture,
+    geometry: Geometry,
+    chamber: Chamber,
+    settings: IlluminationSettings = ILLUMINATION,
+) -> float:
     """Return how far along a chamber's x axis its passage goes, metres; NaN without an exit.
 
     To the other chamber's wall where that is in view; otherwise as far as light comes through
@@ -158,46 +189,51 @@ def passage_end(picture: Picture, geometry: Geometry, chamber: Chamber) -> float
         picture, u.astype(np.float32), v.astype(np.float32), cv2.INTER_NEAREST, borderValue=(0,) * 4
     )
     brightest = np.asarray(across, np.float64).max(axis=1)
-    lit = np.flatnonzero(brightest > 0.6 * np.quantile(brightest[: max(1, len(x) // 8)], 0.9))
+    entrance = np.quantile(brightest[: max(1, len(x) // 8)], 0.9)
+    lit = np.flatnonzero(brightest > settings.lit_over_entrance * entrance)
     return float(x[lit[-1]]) if len(lit) else chamber.radius_m
 
 
-def _parts_of(picture: Picture, geometry: Geometry) -> list[_Parts]:
+def _regions(
+    picture: Picture, geometry: Geometry, settings: IlluminationSettings
+) -> list[_Regions]:
     v, u = np.mgrid[0 : picture.shape[0], 0 : picture.shape[1]].astype(np.float32)
     return [
-        _Parts.of(chamber, passage_end(picture, geometry, chamber), u, v)
+        _Regions.of(chamber, passage_end(picture, geometry, chamber, settings), u, v)
         for chamber in geometry.chambers
     ]
 
 
-def _arena(rigs: list[_Parts], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def _arena(rigs: list[_Regions], shape: tuple[int, ...]) -> Mask:
     arena = np.zeros(shape, bool)
-    for parts in rigs:
-        arena |= (parts.out < 3) | parts.passage
+    for region in rigs:
+        arena |= (region.out < 3) | region.passage
     return arena
 
 
-def _wall_profile(relative: Floats, away: Floats) -> tuple[Doubles, Doubles]:
+def _wall_profile(
+    relative: Floats32, away: Floats32, settings: IlluminationSettings
+) -> tuple[Floats, Floats]:
     """Return distances from the wall, and the part of the light that is usual at each."""
     step = 0.25
     bins = np.floor(away / step).astype(np.int64)
     index = np.arange(bins.min(), bins.max() + 1)
-    # Above the median: where a worm lies along the wall the pixels are darker than without it.
+    at = settings.wall_profile_quantile
     profile = ndimage.labeled_comprehension(
-        relative, bins, index, lambda x: np.quantile(x, 0.6), np.float64, np.nan
+        relative, bins, index, lambda x: np.quantile(x, at), np.float64, np.nan
     )
     known = np.isfinite(profile)
     return (index[known] + 0.5) * step, profile[known]
 
 
-def _level(relative: Floats) -> float:
+def _passage_level(relative: Floats32) -> float:
     """Return the brightness of a passage's water over the light's, even if a worm fills most."""
     if not len(relative):
         return 1.0
     return float(np.median(relative[relative > 0.85 * np.quantile(relative, 0.95)]))
 
 
-def _polynomial(x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+def _polynomial(x: Floats, y: Floats) -> Floats:
     """Return the monomials up to third order, last axis."""
     x, y = np.broadcast_arrays(2 * x - 1, 2 * y - 1)
     terms = [x**i * y**j for i in range(4) for j in range(4 - i)]

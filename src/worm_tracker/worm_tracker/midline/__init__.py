@@ -1,1 +1,1 @@
-"""From a blob to a midline with its tips: contours, edges, body fits."""
+"""From a blob to a midline with its tips: contours, edges, body fits, and the learned body."""

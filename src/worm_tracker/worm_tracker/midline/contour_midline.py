@@ -1,98 +1,74 @@
-"""From an outline to a first midline: the two ends, the two sides, and what lies between them."""
+"""From a contour to a first midline: the two ends, the two sides, and what lies between them."""
 
 from dataclasses import dataclass
-from functools import cache
 from math import inf, log
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from worm_msgs_py.arrays import Complex, Floats
+from worm_tracker.midline.curve import (
+    TRACKED_POINTS,
+    as_complex,
+    as_points,
+    complex_arc_length,
+    smooth_padded,
+)
 
-POINTS = 65
-"""Points of a midline."""
-CANDIDATES = 6
-PER_WIDTH = 7
-"""Steps of the outline in a width."""
-_SIDE = np.linspace(0.0, 1.0, POINTS)
+_SIDE = np.linspace(0.0, 1.0, TRACKED_POINTS)
+
+
+@dataclass(frozen=True, slots=True)
+class ContourMidlineSettings:
+    """How the two ends of a contour are told from its bends."""
+
+    steps_per_width: int = 7
+    """Points of the smoothed contour in a width: enough for a round end, few enough to be fast."""
+    smoothing_widths: float = 0.12
+    """Scale below which the contour's pixel stairs are smoothed away, in widths."""
+    most_end_candidates: int = 6
+    """Sharpest turns that are compared as ends: two ends and a few sharp bends."""
+    least_end_turn_rad: float = 0.6
+    """Convex turn over two widths from which a point is a candidate: an end turns by about π."""
+    most_end_turn_rad: float = 2.6
+    """Turn beyond which an end is not taken for sharper: a thin tail turns by more than π."""
+    unequal_sides_cost: float = 4.0
+    """What the log ratio of the two sides' lengths costs, in radians of an end's turn."""
+    displacement_cost_per_width: float = 0.15
+    """What a width between the ends and the last ones costs, in radians of an end's turn."""
+    most_displacement_widths: float = 12.0
+    """Displacement beyond which it costs no more: the worm was lost, or mistaken."""
+
+
+CONTOUR_MIDLINE = ContourMidlineSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Rough:
+class ContourMidline:
     """A midline to within a pixel or two.
 
     Attributes
     ----------
-    points : ndarray, shape (POINTS, 2)
+    points : ndarray, shape (TRACKED_POINTS, 2)
         (u, v); which end comes first means nothing.
     width : float
-        Area over length.
-    unequal : float
+        Area over length, pixels.
+    side_difference : float
         Difference of the sides' lengths, less what the bend of the body explains, over its length.
     """
 
     points: Floats
     width: float
-    unequal: float
+    side_difference: float
 
 
-def as_complex(curve: Floats) -> Complex:
-    """Return points (u, v) as numbers u + iv: half as many steps for the same arithmetic."""
-    return np.ascontiguousarray(curve).view(np.complex128)[:, 0]
-
-
-def as_points(curve: Complex) -> Floats:
-    """Return numbers u + iv as points (u, v), shape (n, 2)."""
-    return curve[:, None].view(np.float64)
-
-
-@cache
-def unit_grid(count: int) -> Floats:
-    """Return `count` equal steps from 0 to 1."""
-    grid = np.linspace(0.0, 1.0, count)
-    grid.flags.writeable = False
-    return grid
-
-
-def arc_length(curve: Floats) -> Floats:
-    """Return the arc length along a polyline (n, 2), from zero."""
-    return arc(as_complex(curve))
-
-
-def arc(curve: Complex) -> Floats:
-    """Return the arc length along a polyline of complex numbers, from zero."""
-    s = np.zeros(len(curve))
-    np.abs(curve[1:] - curve[:-1]).cumsum(out=s[1:])
-    return s
-
-
-def tangents(curve: Complex) -> Complex:
-    """Return the unit tangents of a curve in the order of its points."""
-    d = np.empty_like(curve)
-    np.subtract(curve[2:], curve[:-2], out=d[1:-1])
-    d[0], d[-1] = curve[1] - curve[0], curve[-1] - curve[-2]
-    d /= np.maximum(np.abs(d), 1e-9)
-    return d
-
-
-def resample(curve: Floats, count: int) -> Floats:
-    """Return `count` points at equal steps along a polyline."""
-    z = as_complex(curve)
-    s = arc(z)
-    return as_points(np.interp(s[-1] * unit_grid(count), s, z))
-
-
-def smooth_along(padded: Complex, sigma: float, pad: int) -> Complex:
-    """Smooth a curve along itself by a Gaussian; `pad` points at either end are cut off again."""
-    # As one row of pairs: as a column it would take many times as long.
-    row = padded.view(np.float64).reshape(1, -1, 2)
-    blurred = cv2.GaussianBlur(row, (2 * pad + 1, 1), sigma)
-    return blurred.reshape(-1).view(np.complex128)[pad:-pad]
-
-
-def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None) -> Rough | None:
+def contour_midline(
+    contour: NDArray[np.int32],
+    width: float,
+    last: Floats | None,
+    settings: ContourMidlineSettings = CONTOUR_MIDLINE,
+) -> ContourMidline | None:
     """Find the midline of a body that does not touch itself.
 
     Parameters
@@ -101,45 +77,52 @@ def rough_midline(contour: NDArray[np.int32], width: float, last: Floats | None)
         The outline's pixels in order.
     width : float
         The body's expected width, pixels.
-    last : ndarray, shape (POINTS, 2), or None
+    last : ndarray, shape (TRACKED_POINTS, 2), or None
         The last midline: of several candidates for the ends those near its ends are preferred.
+    settings : ContourMidlineSettings
 
     Returns
     -------
-    Rough or None
-        None where the outline has no two ends.
+    ContourMidline or None
+        None where the contour has no two ends.
 
     Notes
     -----
-    Over a stretch of two widths an end turns the outline by about π, a bend of the body by far
+    Over a stretch of two widths an end turns the contour by about π, a bend of the body by far
     less. The pair of turns is taken that makes both sides equally long, near the last ends.
     """
-    loop, spacing = _smooth_loop(contour, width)
+    loop, spacing = _smooth_loop(contour, width, settings)
     n = len(loop)
     step = max(2, round(width / spacing))
     if n < 4 * step:
         return None
     oriented = cv2.contourArea(contour, oriented=True)
-    turn, ends = _ends(loop, step, 1.0 if oriented > 0 else -1.0)
-    best = _best_pair(loop, turn, ends, width, last)
+    turn, ends = _end_candidates(loop, step, 1.0 if oriented > 0 else -1.0, settings)
+    best = _best_pair(loop, turn, ends, width, last, settings)
     if best is None:
         return None
     i, j = best
+    points = _between_sides(loop, i, j)
+    # The contour runs through the centres of edge pixels: half a pixel is missing all round.
+    area = abs(oriented) + len(contour) / 2
+    length = max(float(np.abs(points[1:] - points[:-1]).sum()), 1.0)
+    difference = abs(n - 2 * (j - i)) * spacing
+    return ContourMidline(
+        points=as_points(points),
+        width=area / length,
+        side_difference=abs(difference - area / length * abs(_bend(points))) / length,
+    )
+
+
+def _between_sides(loop: Complex, i: int, j: int) -> Complex:
+    """Return the curve half-way between a loop's two sides, from its point i to its point j."""
+    n = len(loop)
     # The loop's points are at equal steps: half of these go one way round, half the other.
     at = np.concatenate([i + (j - i) * _SIDE, i + n - (i + n - j) * _SIDE])
     k = at.astype(np.int64)
     part = at - k
     sides = (1 - part) * loop.take(k, mode="wrap") + part * loop.take(k + 1, mode="wrap")
-    points = (sides[:POINTS] + sides[POINTS:]) / 2
-    # The outline runs through the centres of edge pixels: half a pixel is missing all round.
-    area = abs(oriented) + len(contour) / 2
-    length = max(float(np.abs(points[1:] - points[:-1]).sum()), 1.0)
-    difference = abs(n - 2 * (j - i)) * spacing
-    return Rough(
-        points=as_points(points),
-        width=area / length,
-        unequal=abs(difference - area / length * abs(_bend(points))) / length,
-    )
+    return np.asarray((sides[:TRACKED_POINTS] + sides[TRACKED_POINTS:]) / 2)
 
 
 def _bend(points: Complex) -> float:
@@ -149,24 +132,28 @@ def _bend(points: Complex) -> float:
     return float(np.angle(d[1:] * d[:-1].conj()).sum())
 
 
-def _smooth_loop(contour: NDArray[np.int32], width: float) -> tuple[Complex, float]:
-    """Return the outline at equal steps, its pixel stairs smoothed away, and the step."""
-    fine = max(1.0, width / PER_WIDTH)
+def _smooth_loop(
+    contour: NDArray[np.int32], width: float, settings: ContourMidlineSettings
+) -> tuple[Complex, float]:
+    """Return the contour at equal steps, its pixel stairs smoothed away, and the step."""
+    fine = max(1.0, width / settings.steps_per_width)
     closed = as_complex(np.concatenate([contour[:: int(fine)], contour[:1]]).astype(np.float64))
-    s = arc(closed)
+    s = complex_arc_length(closed)
     length = float(s[-1])
     count = max(16, round(length / fine))
     spacing = length / count
-    sigma = max(0.12 * width / spacing, 0.8)
+    sigma = max(settings.smoothing_widths * width / spacing, 0.8)
     pad = min(int(3 * sigma) + 2, count)
     at = spacing * np.arange(-pad, count + pad)
     at[:pad] += length
     at[count + pad :] -= length
-    return smooth_along(np.interp(at, s, closed), sigma, pad), spacing
+    return smooth_padded(np.interp(at, s, closed), sigma, pad), spacing
 
 
-def _ends(loop: Complex, step: int, sign: float) -> tuple[Floats, NDArray[np.int64]]:
-    """Return the outline's convex turn at each point, and its sharpest turns a width apart.
+def _end_candidates(
+    loop: Complex, step: int, sign: float, settings: ContourMidlineSettings
+) -> tuple[Floats, NDArray[np.int64]]:
+    """Return the contour's convex turn at each point, and its sharpest turns a width apart.
 
     The turn is that over a stretch of `step` points to either side.
     """
@@ -177,23 +164,28 @@ def _ends(loop: Complex, step: int, sign: float) -> tuple[Floats, NDArray[np.int
     turned = chord[step:] * chord[:-step].conj()
     signed = np.arctan2(sign * turned.imag, turned.real).astype(np.float32)
     # Past a half turn (a thin tail) the angle wraps: a sharp end is convex, never concave.
-    signed[signed < -2.6] += 2 * np.pi
+    signed[signed < -settings.most_end_turn_rad] += 2 * np.pi
     top = cv2.dilate(signed[None], np.ones((1, 2 * step + 1), np.uint8))[0]
     turn = signed[step : step + n]
-    peaks = np.flatnonzero((turn == top[step : step + n]) & (turn > 0.6))
-    return turn, peaks[np.argsort(-turn[peaks], kind="stable")][:CANDIDATES]
+    peaks = np.flatnonzero((turn == top[step : step + n]) & (turn > settings.least_end_turn_rad))
+    return turn, peaks[np.argsort(-turn[peaks], kind="stable")][: settings.most_end_candidates]
 
 
 def _best_pair(
-    loop: Complex, turn: Floats, ends: NDArray[np.int64], width: float, last: Floats | None
+    loop: Complex,
+    turn: Floats,
+    ends: NDArray[np.int64],
+    width: float,
+    last: Floats | None,
+    settings: ContourMidlineSettings,
 ) -> tuple[int, int] | None:
-    """Return the pair of candidates that make the most likely worm, in the outline's order."""
+    """Return the pair of candidates that make the most likely worm, in the contour's order."""
     best, most = None, -inf
     n = len(loop)
     where = ends.tolist()
     if len(where) == 2:  # nearly always: there is nothing to choose from
         return min(where), max(where)
-    sharpness = np.minimum(turn[ends], 2.6).tolist()
+    sharpness = np.minimum(turn[ends], settings.most_end_turn_rad).tolist()
     away = [[0.0, 0.0]] * len(where)
     if last is not None:
         tips = as_complex(last[[0, -1]])
@@ -201,9 +193,11 @@ def _best_pair(
     for a in range(len(where)):
         for b in range(a + 1, len(where)):
             side = abs(where[a] - where[b])
-            score = sharpness[a] + sharpness[b] - 4 * abs(log(side / (n - side)))
+            unequal = abs(log(side / (n - side)))
+            score = sharpness[a] + sharpness[b] - settings.unequal_sides_cost * unequal
             moved = min(away[a][0] + away[b][1], away[a][1] + away[b][0])
-            score -= 0.15 * min(moved / width, 12.0)
+            far = min(moved / width, settings.most_displacement_widths)
+            score -= settings.displacement_cost_per_width * far
             if score > most:
                 best, most = (min(where[a], where[b]), max(where[a], where[b])), score
     return best

@@ -9,24 +9,40 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from worm_tracker.midline.contour_midline import Complex, Floats, tangents
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask, Picture
+from worm_tracker.midline.curve import tangents
+from worm_tracker.midline.edges import PROFILE_STEP_PX
 
-STEP_PX = 0.5
-"""Step of the profiles across the body."""
-REACH = 0.95
-"""How far to either side edges are looked for, in widths."""
-CORE = 0.2
-"""How far from its middle the body's level is read, in widths."""
-SPINE_PX = 1.0
-"""How far from its middle it is read where the body ends: a tip is narrow."""
-EDGE = 0.5
-"""Part of the body's level at its edge."""
-EDGE_SD, LONE_EDGE_SD = 0.03, 0.08
-"""Error of a cross-section's middle, in widths, where both its edges or only one is seen."""
-UNEQUAL_WIDTH, LONE_SHIFT = 0.3, 0.3
-"""Most that a cross-section's width differs from the known one, and shifts by one edge, widths."""
+
+@dataclass(frozen=True, slots=True)
+class CrossSectionSettings:
+    """Where the edges of a body that may touch itself are looked for, and how far one is trusted.
+
+    The standard deviations were measured on simulated coils.
+    """
+
+    edge_reach_widths: float = 0.95
+    """How far to either side edges are looked for: as far as a body that moved sideways can be."""
+    level_half_width_widths: float = 0.2
+    """How far to either side of its middle the body's level is averaged."""
+    level_half_width_at_tip_px: float = 1.0
+    """The same where the body ends: a tip is narrow."""
+    edge_over_body_level: float = 0.5
+    """Part of the body's level at its edge: the half-height."""
+    lowest_level_over_known: float = 0.4
+    """Least level of the body over the known one that the edge's height is taken from."""
+    two_edges_sd_widths: float = 0.03
+    """Error of a cross-section's middle where both its edges are seen."""
+    one_edge_sd_widths: float = 0.08
+    """The same where only one is."""
+    most_width_difference_widths: float = 0.3
+    """Most that the distance of two edges differs from the known width, if both are the body's."""
+    most_one_edge_shift_widths: float = 0.3
+    """Most that one edge alone may be off its place: farther off it is another part's."""
+
+
+CROSS_SECTIONS = CrossSectionSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,21 +61,27 @@ class CrossSections:
 
     shift: Floats
     weight: Floats
-    spine: NDArray[np.float32]
+    spine: Floats32
 
     @property
-    def seen(self) -> NDArray[np.bool_]:
+    def has_edge(self) -> Mask:
         """Where an edge is seen."""
         return self.weight > 0
 
     @property
-    def turned(self) -> "CrossSections":
+    def from_other_end(self) -> "CrossSections":
         """The same from the other end on (the shifts' sign left as it is)."""
         return CrossSections(self.shift[::-1], self.weight[::-1], self.spine[::-1])
 
 
 def cross_sections(
-    signal: NDArray[np.uint8], path: Complex, half: Floats, level: float, width: float, ends: int
+    signal: Picture,
+    path: Complex,
+    half: Floats,
+    level: float,
+    width: float,
+    tip_nodes: int,
+    settings: CrossSectionSettings = CROSS_SECTIONS,
 ) -> CrossSections:
     """Look for a body's edges across a path.
 
@@ -75,40 +97,57 @@ def cross_sections(
         Signal on the midline, grey levels.
     width : float
         The body's width, pixels.
-    ends : int
+    tip_nodes : int
         Nodes at either end at which the body may taper off in a way that is not known yet.
+    settings : CrossSectionSettings
     """
-    n = len(path)
-    reach = int(REACH * width / STEP_PX) + 1
-    offsets = STEP_PX * np.arange(-reach, reach + 1)
-    profiles = sampled(signal, path[:, None] + (1j * tangents(path))[:, None] * offsets)
+    reach = int(settings.edge_reach_widths * width / PROFILE_STEP_PX) + 1
+    offsets = PROFILE_STEP_PX * np.arange(-reach, reach + 1)
+    profiles = interpolate(signal, path[:, None] + (1j * tangents(path))[:, None] * offsets)
+    core_nodes = round(settings.level_half_width_widths * width / PROFILE_STEP_PX)
+    spine_nodes = round(settings.level_half_width_at_tip_px / PROFILE_STEP_PX)
     core, spine = (
         profiles[:, reach - k : reach + k + 1].mean(axis=1)
-        for k in (max(1, round(CORE * width / STEP_PX)), round(SPINE_PX / STEP_PX))
+        for k in (max(1, core_nodes), spine_nodes)
     )
     # Where the body lies on itself it may be darker: its edge is still that of one layer.
-    threshold = EDGE * np.clip(core, 0.4 * level, level)
+    edge = settings.edge_over_body_level
+    threshold = edge * np.clip(core, settings.lowest_level_over_known * level, level)
     right = _first_below(profiles[:, reach:], threshold)
     left = _first_below(profiles[:, reach::-1], threshold)
-    body = core > EDGE * level
-    tip = np.ones(n, np.bool_)
-    tip[ends : n - ends] = False
-    across = right + left
-    gate = UNEQUAL_WIDTH * width
-    both = body & np.where(tip, across < width + gate, np.abs(across - 2 * half) < gate)
-    shift = np.zeros(n)
-    shift[both] = (right[both] - left[both]) / 2
-    weight = np.where(both, (EDGE_SD * width) ** -2, 0.0)
-    # Of two edges that do not make the body's width, the one nearer to its place is believed.
-    off_right, off_left = right - half, half - left
-    lone = np.where(np.abs(off_right) <= np.abs(off_left), off_right, off_left)
-    one = body & ~both & ~tip & (np.abs(lone) < LONE_SHIFT * width)
-    shift[one] = lone[one]
-    weight[one] = (LONE_EDGE_SD * width) ** -2
+    shift, weight = _middles(left, right, half, core > edge * level, width, tip_nodes, settings)
     return CrossSections(shift, weight, spine)
 
 
-def sampled(signal: NDArray[np.uint8], where: Complex) -> NDArray[np.float32]:
+def _middles(
+    left: Floats,
+    right: Floats,
+    half: Floats,
+    body: Mask,
+    width: float,
+    tip_nodes: int,
+    settings: CrossSectionSettings,
+) -> tuple[Floats, Floats]:
+    """Return how far to the side the middle of each cross-section is, and one over its variance."""
+    n = len(half)
+    tip = np.ones(n, np.bool_)
+    tip[tip_nodes : n - tip_nodes] = False
+    across = right + left
+    gate = settings.most_width_difference_widths * width
+    both = body & np.where(tip, across < width + gate, np.abs(across - 2 * half) < gate)
+    shift = np.zeros(n)
+    shift[both] = (right[both] - left[both]) / 2
+    weight = np.where(both, (settings.two_edges_sd_widths * width) ** -2, 0.0)
+    # Of two edges that do not make the body's width, the one nearer to its place is believed.
+    off_right, off_left = right - half, half - left
+    lone = np.where(np.abs(off_right) <= np.abs(off_left), off_right, off_left)
+    one = body & ~both & ~tip & (np.abs(lone) < settings.most_one_edge_shift_widths * width)
+    shift[one] = lone[one]
+    weight[one] = (settings.one_edge_sd_widths * width) ** -2
+    return shift, weight
+
+
+def interpolate(signal: Picture, where: Complex) -> Floats32:
     """Return a signal between its pixels, at u + iv; zero outside."""
     at = where.astype(np.complex64).view(np.float32).reshape(*where.shape, 2)
     values = cv2.remap(  # the stubs do not know that pairs need no second map
@@ -121,7 +160,7 @@ def sampled(signal: NDArray[np.uint8], where: Complex) -> NDArray[np.float32]:
     return np.asarray(values, np.float32)
 
 
-def _first_below(profiles: NDArray[np.float32], threshold: Floats) -> Floats:
+def _first_below(profiles: Floats32, threshold: Floats) -> Floats:
     """Return where each profile first falls below its threshold; infinity where it does not."""
     below = profiles < threshold[:, None]
     below[:, 0] = False
@@ -129,4 +168,4 @@ def _first_below(profiles: NDArray[np.float32], threshold: Floats) -> Floats:
     row = np.arange(len(profiles))
     high, low = profiles[row, np.maximum(k - 1, 0)], profiles[row, k]
     part = np.clip((high - threshold) / np.maximum(high - low, 1e-6), 0.0, 1.0)
-    return np.where(k > 0, (k - 1 + part) * STEP_PX, np.inf)
+    return np.where(k > 0, (k - 1 + part) * PROFILE_STEP_PX, np.inf)

@@ -1,9 +1,9 @@
 """A deformable body of known length and width, fitted to a mask that may touch or cross itself.
 
-Where a body coils, its outline has no two ends and no two sides. The midline of the frame before,
-carried on, still explains the mask: its direction is written as a short cosine series along the
-body, its picture is that of everything within half a width of the midline, and series, position and
-(within a few per cent) length are moved by damped Gauss-Newton steps until picture and mask agree.
+Where a body coils, its contour has no two ends and no two sides. The midline of the frame before
+still explains the mask: its direction is written as a short cosine series along the body, its
+picture is that of everything within half a width of the midline, and series, position and (within
+a few per cent) length are moved by damped Gauss-Newton steps until picture and mask agree.
 """
 
 from dataclasses import dataclass
@@ -13,80 +13,87 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from worm_tracker.midline.contour_midline import POINTS, arc_length, resample
+from worm_msgs_py.arrays import Floats, Floats32, Picture
+from worm_tracker.midline.curve import TRACKED_POINTS, arc_length, resample
 
-Floats = NDArray[np.float64]
-
-MOST_TERMS = 24
+_MOST_TERMS = 24
 """Cosine terms of the direction along a slender body; a stout one bends in fewer ways."""
-FINE = 3
+_SUBSTEPS = 3
 """Sub-steps between midline points when distances are measured."""
-MAX_PIXELS = 3500
-BLOCK = 128
-LENGTH_SD = 0.05
-"""How far, relatively, the length may differ from what it was."""
-MOST_STRETCH = 0.06
-"""Most that the log of the length may differ: a coil is covered as well by a body too long."""
-TERM_SD = 0.5
-"""How far a term may move from the prediction, radians over its number."""
-PIXEL_SD = 0.5
-"""Typical misfit of a pixel near the edge: weighs the picture against the prediction."""
-SOFT = ((0.25, 4), (0.12, 4))
-"""Softness of the body's edge, in widths, and steps taken with it: coarse, then fine."""
-
-COUNT = (POINTS - 1) * FINE + 1
+_FINE_POINTS = (TRACKED_POINTS - 1) * _SUBSTEPS + 1
 """Points of the fine curve."""
+_MOST_PIXELS = 3500
+_BLOCK_ROWS = 128
 _BASIS = np.cos(
-    np.pi * ((np.arange(COUNT - 1) + 0.5) / (COUNT - 1))[:, None] * np.arange(MOST_TERMS)[None]
+    np.pi
+    * ((np.arange(_FINE_POINTS - 1) + 0.5) / (_FINE_POINTS - 1))[:, None]
+    * np.arange(_MOST_TERMS)[None]
 )
-_STIFF = ((1 + 0.3 * np.arange(MOST_TERMS)) / TERM_SD) ** 2
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Fit:
-    """A fitted body.
+@dataclass(frozen=True, slots=True)
+class BodyFitSettings:
+    """What a body may do between a prediction and the picture."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (POINTS, 2)
-        The midline in window coordinates (u, v).
-    overlap : float
-        Intersection over union of the drawn body and the mask.
-    """
+    length_sd_relative: float = 0.05
+    """How far, relatively, the length may differ from what it was."""
+    most_log_stretch: float = 0.06
+    """Most that the log of the length may differ: a coil is covered as well by a body too long."""
+    term_sd_rad: float = 0.5
+    """How far the first term may move from the prediction; higher ones less, as a body is stiff."""
+    pixel_sd: float = 0.5
+    """Typical misfit of a pixel near the edge: weighs the picture against the prediction."""
+    edge_softness_widths: tuple[float, ...] = (0.25, 0.12)
+    """Softness of the body's edge, coarse and then fine: a soft edge pulls from farther off."""
+    steps_per_softness: int = 4
+    most_term_step_rad: float = 0.5
+    """Most that a term moves in one step: the problem is linear no farther."""
 
-    points: Floats
-    overlap: float
+
+BODY_FIT = BodyFitSettings()
 
 
-def fit_body(mask: NDArray[np.uint8], start: Floats, widths: Floats, length: float) -> Fit:
+def fit_body(
+    mask: Picture,
+    start: Floats,
+    widths: Floats,
+    length: float,
+    settings: BodyFitSettings = BODY_FIT,
+) -> Floats:
     """Fit a body to a mask.
 
     Parameters
     ----------
     mask : ndarray of uint8, shape (h, w)
         The object, holes open.
-    start : ndarray, shape (POINTS, 2)
+    start : ndarray, shape (TRACKED_POINTS, 2)
         Where the body is thought to be, window coordinates.
-    widths : ndarray, shape (POINTS,)
+    widths : ndarray, shape (TRACKED_POINTS,)
         Known widths along the body.
     length : float
         Known length, pixels.
+    settings : BodyFitSettings
+
+    Returns
+    -------
+    ndarray, shape (TRACKED_POINTS, 2)
+        The midline in window coordinates (u, v).
     """
-    terms = int(np.clip(round(1.2 * length / float(np.median(widths))) + 2, 8, MOST_TERMS))
+    middle = float(np.median(widths))
+    terms = int(np.clip(round(1.2 * length / middle) + 2, 8, _MOST_TERMS))
     body = _Series.of(start, length, terms)
     prior = body.values.copy()
     prior[2] = 0.0
     target = np.asarray(cv2.GaussianBlur(mask, (3, 3), 0) / np.float32(255), np.float32)
-    half = np.interp(np.linspace(0, 1, COUNT), np.linspace(0, 1, POINTS), widths) / 2
-    middle = float(np.median(widths))
-    for soft, steps in SOFT:
-        for _ in range(steps):
-            body = _step(body, prior, target, half, soft * middle)
-    points = body.points()[::FINE]
-    return Fit(points, overlap(mask, points, widths))
+    grid = np.linspace(0, 1, _FINE_POINTS)
+    half = np.interp(grid, np.linspace(0, 1, TRACKED_POINTS), widths) / 2
+    for softness in settings.edge_softness_widths:
+        for _ in range(settings.steps_per_softness):
+            body = _step(body, prior, target, half, softness * middle, settings)
+    return body.points()[::_SUBSTEPS]
 
 
-def overlap(mask: NDArray[np.uint8], points: Floats, widths: Floats) -> float:
+def mask_overlap(mask: Picture, points: Floats, widths: Floats) -> float:
     """Return intersection over union of a mask and the body with this midline and these widths."""
     drawn = draw_body(mask.shape, points, widths)
     both = cv2.countNonZero(cv2.bitwise_and(mask, drawn))
@@ -94,7 +101,7 @@ def overlap(mask: NDArray[np.uint8], points: Floats, widths: Floats) -> float:
     return both / max(either, 1)
 
 
-def draw_body(shape: tuple[int, ...], points: Floats, widths: Floats) -> NDArray[np.uint8]:
+def draw_body(shape: tuple[int, ...], points: Floats, widths: Floats) -> Picture:
     """Draw the body as a mask; it may cross itself."""
     drawn = np.zeros(shape, np.uint8)
     tangent = np.gradient(points, axis=0)
@@ -117,7 +124,7 @@ class _Series:
 
     @classmethod
     def of(cls, points: Floats, length: float, count: int) -> "_Series":
-        fine = resample(points, COUNT)
+        fine = resample(points, _FINE_POINTS)
         d = np.diff(fine, axis=0)
         angle = np.unwrap(np.arctan2(d[:, 1], d[:, 0]))
         terms = np.linalg.lstsq(_BASIS[:, :count], angle, rcond=None)[0]
@@ -125,31 +132,36 @@ class _Series:
         return cls(np.concatenate([fine.mean(0), [stretch], terms]), length)
 
     def segments(self) -> tuple[Floats, Floats]:
-        """Return the fine segments and their normals times their length, (COUNT − 1, 2) each."""
+        """Return the fine segments and their normals times their length, shape (n − 1, 2) each."""
         angle = _BASIS[:, : len(self.values) - 3] @ self.values[3:]
-        step = self.length * np.exp(self.values[2]) / (COUNT - 1)
+        step = self.length * np.exp(self.values[2]) / (_FINE_POINTS - 1)
         d = step * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         return d, np.stack([-d[:, 1], d[:, 0]], axis=1)
 
     def points(self) -> Floats:
-        """Return the fine curve, shape (COUNT, 2)."""
+        """Return the fine curve, shape (fine points, 2)."""
         d, _ = self.segments()
         curve = np.concatenate([np.zeros((1, 2)), np.cumsum(d, axis=0)])
         return np.asarray(curve - curve.mean(0) + self.values[:2])
 
     def derivative(self) -> Floats:
-        """Return how each point moves with each value, shape (COUNT, 2, number of values)."""
+        """Return how each point moves with each value, shape (fine points, 2, values)."""
         d, across = self.segments()
         basis = _BASIS[:, None, : len(self.values) - 3]
         moves = np.concatenate([d[:, :, None], across[:, :, None] * basis], axis=2)
         moves = np.concatenate([np.zeros((1, *moves.shape[1:])), np.cumsum(moves, axis=0)])
         moves -= moves.mean(0)
-        shift = np.broadcast_to(np.eye(2), (COUNT, 2, 2))
+        shift = np.broadcast_to(np.eye(2), (_FINE_POINTS, 2, 2))
         return np.concatenate([shift, moves], axis=2)
 
 
 def _step(
-    body: _Series, prior: Floats, target: NDArray[np.float32], half: Floats, soft: float
+    body: _Series,
+    prior: Floats,
+    target: Floats32,
+    half: Floats,
+    soft: float,
+    settings: BodyFitSettings,
 ) -> _Series:
     """Take one damped Gauss-Newton step."""
     curve = body.points()
@@ -157,8 +169,8 @@ def _step(
     distance, nearest = cKDTree(curve).query(pixels)
     away = pixels - curve[nearest]
     tangent, _ = body.segments()
-    within = (nearest > 0) & (nearest < COUNT - 1)
-    t = tangent[np.minimum(nearest, COUNT - 2)]
+    within = (nearest > 0) & (nearest < _FINE_POINTS - 1)
+    t = tangent[np.minimum(nearest, _FINE_POINTS - 2)]
     t = t / np.maximum(np.hypot(t[:, 0], t[:, 1]), 1e-9)[:, None]
     away -= np.where(within, (away * t).sum(1), 0.0)[:, None] * t
     distance = np.hypot(away[:, 0], away[:, 1])
@@ -167,18 +179,17 @@ def _step(
     pull = away * (slope / np.maximum(distance, 1e-6))[:, None]
     jacobian = np.einsum("pk,pkv->pv", pull, body.derivative()[nearest])
     residual = target[pixels[:, 1], pixels[:, 0]] - drawn
-    stiffness = (
-        np.concatenate([[1e-3, 1e-3, LENGTH_SD**-2], _STIFF[: len(prior) - 3]])
-        * PIXEL_SD**2
-        / weight
-    )
+    terms = ((1 + 0.3 * np.arange(len(prior) - 3)) / settings.term_sd_rad) ** 2
+    stiffness = np.concatenate([[1e-3, 1e-3, settings.length_sd_relative**-2], terms])
+    stiffness = stiffness * settings.pixel_sd**2 / weight
     matrix = _square(jacobian) + np.diag(stiffness + 1e-6)
     ahead = jacobian.T @ residual + stiffness * (prior - body.values)
     step = np.linalg.solve(matrix, ahead)
     step *= min(1.0, float(half.max()) / max(float(np.abs(step[:2]).max()), 1e-9))
-    step[3:] = np.clip(step[3:], -0.5, 0.5)
+    step[3:] = np.clip(step[3:], -settings.most_term_step_rad, settings.most_term_step_rad)
     values = body.values + step
-    values[2] = min(max(values[2], -MOST_STRETCH), MOST_STRETCH)
+    most = settings.most_log_stretch
+    values[2] = min(max(values[2], -most), most)
     return _Series(values, body.length)
 
 
@@ -188,19 +199,17 @@ def _square(jacobian: Floats) -> Floats:
     Waking threads for so small a product takes far longer than the product.
     """
     count, values = jacobian.shape
-    padded = np.zeros((-(-count // BLOCK) * BLOCK, values))
+    padded = np.zeros((-(-count // _BLOCK_ROWS) * _BLOCK_ROWS, values))
     padded[:count] = jacobian
-    blocks = padded.reshape(-1, BLOCK, values)
+    blocks = padded.reshape(-1, _BLOCK_ROWS, values)
     return np.asarray(np.matmul(blocks.transpose(0, 2, 1), blocks).sum(0))
 
 
-def _pixels(
-    target: NDArray[np.float32], curve: Floats, half: float
-) -> tuple[NDArray[np.int64], float]:
+def _pixels(target: Floats32, curve: Floats, half: float) -> tuple[NDArray[np.int64], float]:
     """Return the pixels (u, v) on or near mask and body, and how many each one stands for."""
     near = (target > 0).astype(np.uint8)
     line = [np.rint(curve * 16).astype(np.int32)]
     cv2.polylines(near, line, False, 1, max(1, round(4 * half)), shift=4)
     v, u = np.nonzero(near)
-    stride = max(1, -(-len(u) // MAX_PIXELS))
+    stride = max(1, -(-len(u) // _MOST_PIXELS))
     return np.stack([u, v], axis=1)[::stride].astype(np.int64), float(stride)

@@ -4,35 +4,43 @@ The signal is the light that the body takes away: background minus picture. An e
 where it falls to half of what it is just inside, above what darkens the water beside the body.
 """
 
+from dataclasses import dataclass
 from functools import cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_tracker.midline.contour_midline import Complex, Floats
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask, Picture
 
-Profiles = NDArray[np.float32]
-
-STEP_PX = 0.5
-"""Distance of the samples on a line."""
-PLATEAU = 0.25
-"""How far inside its edge the body's level is read, in widths."""
-LOW = 0.25
-"""Fraction of the body's level below which there is no body."""
-BESIDE = 3
+PROFILE_STEP_PX = 0.5
+"""Distance of the samples on a line: the half-height is found between them."""
+_SAMPLES_BESIDE = 3
 """Samples at a line's far end that tell what darkens the water there."""
-_HALF_MEAN = np.full(BESIDE, 0.5 / BESIDE, np.float32)
+_HALF_MEAN = np.full(_SAMPLES_BESIDE, 0.5 / _SAMPLES_BESIDE, np.float32)
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeSettings:
+    """What counts as the edge of a body on a line across it."""
+
+    plateau_inside_edge_widths: float = 0.25
+    """How far inside its edge the body's level is read: a body need not be equally dark across."""
+    lowest_signal_over_body_level: float = 0.25
+    """Part of the body's level below which there is no body: above noise and reflections."""
+
+
+EDGES = EdgeSettings()
 
 
 @cache
-def steps(first: int, last: int, powers: int = 2) -> Profiles:
+def distance_powers(first: int, last: int, powers: int = 2) -> Floats32:
     """Return the powers 0, 1, … of the distances from `first` to `last` samples, one a row."""
-    t = np.arange(first, last + 1) * STEP_PX
+    t = np.arange(first, last + 1) * PROFILE_STEP_PX
     return np.stack([t**power for power in range(powers)]).astype(np.float32)
 
 
-def sample(signal: NDArray[np.uint8], lines: list[Complex], t: Profiles) -> Profiles:
+def sample_lines(signal: Picture, lines: list[Complex], t: Floats32) -> Floats32:
     """Return the signal along lines, shape (lines, samples); zero outside the window.
 
     Parameters
@@ -42,7 +50,7 @@ def sample(signal: NDArray[np.uint8], lines: list[Complex], t: Profiles) -> Prof
         Where each line starts, its direction, and (for bent lines) what goes with the distance's
         square: the terms of a polynomial whose values are u + iv.
     t : ndarray of float32, shape (len(lines), samples)
-        Powers of the distance along the line, see `steps`.
+        Powers of the distance along the line, see `distance_powers`.
     """
     n = len(lines[0])
     terms = np.empty((2 * n, len(lines)), np.float32)
@@ -54,7 +62,9 @@ def sample(signal: NDArray[np.uint8], lines: list[Complex], t: Profiles) -> Prof
     ).astype(np.float32)
 
 
-def edges(profiles: Profiles, level: Profiles, width: float) -> tuple[Floats, NDArray[np.bool_]]:
+def find_edges(
+    profiles: Floats32, level: Floats32, width: float, settings: EdgeSettings = EDGES
+) -> tuple[Floats, Mask]:
     """Return the distance at which each profile falls through the half-height of its edge.
 
     The edge is first met where the profile falls below a low fraction of the body's level; its
@@ -69,6 +79,7 @@ def edges(profiles: Profiles, level: Profiles, width: float) -> tuple[Floats, ND
         The signal in the body there.
     width : float
         The body's expected width, pixels.
+    settings : EdgeSettings
 
     Returns
     -------
@@ -76,22 +87,17 @@ def edges(profiles: Profiles, level: Profiles, width: float) -> tuple[Floats, ND
         Pixels; zero where no edge was found.
     found : ndarray of bool, shape (n,)
     """
-    count, size = profiles.shape
-    inside = min(max(1, round(PLATEAU * width / STEP_PX)), size - 1)
-    flat, row = profiles.reshape(-1), _rows(count, size)
-    low = LOW * level
+    size = profiles.shape[1]
+    inside = settings.plateau_inside_edge_widths * width / PROFILE_STEP_PX
+    inside = min(max(1, round(inside)), size - 1)
+    low = settings.lowest_signal_over_body_level * level
     foot = (profiles < low[:, None]).argmax(axis=1)
+    row = _rows(*profiles.shape)
     top = np.maximum(foot - inside, 0)
     top += row
-    plateau = flat.take(top)
-    plateau += flat.take(np.maximum(top - 1, row))
-    # Never above the body's own level: a bright rim must not narrow the body.
-    half = np.minimum(np.maximum(plateau / 4, low), level / 2)
-    # What darkens the water beside the body, a reflection say, is no part of it.
-    beside = profiles[:, size - BESIDE :] @ _HALF_MEAN
-    beside *= beside < low / 2
-    half += beside
+    half = _half_heights(profiles, top, level, low)
     # The signal falls through half the height between the plateau and the foot.
+    flat = profiles.reshape(-1)
     near = flat.take(top[:, None] + _counting(inside + 1))
     at = top + (near < half[:, None]).argmax(axis=1)
     found = foot > 0
@@ -100,9 +106,26 @@ def edges(profiles: Profiles, level: Profiles, width: float) -> tuple[Floats, ND
     high = flat.take(at - 1)
     part = (high - half) / np.maximum(high - flat.take(at), 1e-6)
     np.minimum(np.maximum(part, 0.0, out=part), 1.0, out=part)
-    distances = (at - row - 1 + part) * STEP_PX
+    distances = (at - row - 1 + part) * PROFILE_STEP_PX
     distances *= found
     return distances, found
+
+
+def _half_heights(
+    profiles: Floats32, top: NDArray[np.int64], level: Floats32, low: Floats32
+) -> Floats32:
+    """Return half of each profile's signal just within its edge, above what lies beside."""
+    count, size = profiles.shape
+    flat = profiles.reshape(-1)
+    plateau = flat.take(top)
+    plateau += flat.take(np.maximum(top - 1, _rows(count, size)))
+    # Never above the body's own level: a bright rim must not narrow the body.
+    half = np.minimum(np.maximum(plateau / 4, low), level / 2)
+    # What darkens the water beside the body, a reflection say, is no part of it.
+    beside = profiles[:, size - _SAMPLES_BESIDE :] @ _HALF_MEAN
+    beside *= beside < low / 2
+    half += beside
+    return half
 
 
 @cache

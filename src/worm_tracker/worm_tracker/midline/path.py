@@ -9,29 +9,38 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from worm_tracker.midline.contour_midline import (
-    POINTS,
-    Complex,
-    Floats,
-    arc,
+from worm_msgs_py.arrays import Complex, Floats
+from worm_tracker.midline.curve import (
+    TRACKED_POINTS,
     as_complex,
     as_points,
+    complex_arc_length,
     tangents,
+    transformed_points,
 )
 
-NODES_A_WIDTH = 5.0
-"""Nodes of a trail in a width of the body."""
-MOST_NODES = 700
-FREE = 0.4
-"""How far from a tip the midline counts for its continuation, in widths."""
-TELLING = 2.5
-"""Length of the stretch before an end that tells its direction and curvature, in widths."""
-TIGHTEST = 0.8
-"""Least radius of curvature with which an end is continued, in widths."""
+_NODES_PER_WIDTH = 5.0
+"""Nodes of a path in a width of the body."""
+_MOST_NODES = 700
+
+
+@dataclass(frozen=True, slots=True)
+class ContinuationSettings:
+    """How a path is continued beyond the ends of a body."""
+
+    tip_left_out_widths: float = 0.4
+    """How far from a tip the midline does not count: there it is least sure."""
+    fitted_stretch_widths: float = 2.5
+    """Length of the stretch before it that gives direction and curvature."""
+    least_radius_widths: float = 0.8
+    """Least radius of curvature of the continuation: a body does not bend more tightly."""
+
+
+CONTINUATION = ContinuationSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Trail:
+class BodyPath:
     """Where a body lies, from tip to tip, and how it slides.
 
     Attributes
@@ -48,7 +57,7 @@ class Trail:
     @property
     def length(self) -> float:
         """Length from tip to tip, pixels."""
-        return float(arc(self.curve)[-1])
+        return float(complex_arc_length(self.curve)[-1])
 
     @property
     def step(self) -> float:
@@ -57,16 +66,21 @@ class Trail:
 
     @property
     def points(self) -> Floats:
-        """The midline, shape (POINTS, 2)."""
-        return as_points(evenly(self.curve, POINTS))
+        """The midline, shape (TRACKED_POINTS, 2)."""
+        return as_points(evenly(self.curve, TRACKED_POINTS))
 
-    def shifted(self, by: complex) -> "Trail":
-        """Return the trail in other coordinates."""
-        return Trail(self.curve + by, self.forward)
+    def shifted(self, by: complex) -> "BodyPath":
+        """Return the path in coordinates whose origin is elsewhere."""
+        return BodyPath(self.curve + by, self.forward)
+
+    def transformed(self, motion: Floats) -> "BodyPath":
+        """Return the path where an affine map (2, 3) of the picture takes it."""
+        curve = as_complex(transformed_points(as_points(self.curve), motion))
+        return BodyPath(curve, self.forward)
 
 
-def trail_of(last: Floats, before: Floats | None, width: float) -> Trail:
-    """Return the trail of a midline.
+def path_of(last: Floats, before: Floats | None, width: float) -> BodyPath:
+    """Return the path of a midline.
 
     Parameters
     ----------
@@ -81,20 +95,21 @@ def trail_of(last: Floats, before: Floats | None, width: float) -> Trail:
         moved = ((line - as_complex(before)) * -tangents(line).conj()).real
         cut = len(line) // 8
         forward = float(moved[cut:-cut].mean())
-    return Trail(evenly(line, nodes_for(float(arc(line)[-1]), width)), forward)
+    nodes = nodes_for(float(complex_arc_length(line)[-1]), width)
+    return BodyPath(evenly(line, nodes), forward)
 
 
-def sharpest_turn(trail: Trail, width: float) -> float:
-    """Return the most that a trail turns over a width of the body, radians."""
-    d = np.diff(trail.curve)
+def sharpest_turn(path: BodyPath, width: float) -> float:
+    """Return the most that a path turns over a width of the body, radians."""
+    d = np.diff(path.curve)
     angle = np.concatenate([[0.0], np.cumsum(np.angle(d[1:] * d[:-1].conj()))])
-    over = max(1, round(width / trail.step))
+    over = max(1, round(width / path.step))
     return float(np.abs(angle[over:] - angle[:-over]).max()) if len(angle) > over else 0.0
 
 
 def nodes_for(length: float, width: float) -> int:
-    """Return how many nodes a trail of this length has, for a body of this width."""
-    return int(min(max(NODES_A_WIDTH * length / width, POINTS), MOST_NODES))
+    """Return how many nodes a path of this length has, for a body of this width."""
+    return int(min(max(_NODES_PER_WIDTH * length / width, TRACKED_POINTS), _MOST_NODES))
 
 
 def evenly(curve: Complex, count: int, first: float = 0.0, last: float | None = None) -> Complex:
@@ -107,38 +122,42 @@ def evenly(curve: Complex, count: int, first: float = 0.0, last: float | None = 
     first, last : float
         Arc lengths from which and to which; all of it by default.
     """
-    s = arc(curve)
+    s = complex_arc_length(curve)
     at = np.linspace(first, float(s[-1]) if last is None else last, count)
     return np.asarray(CubicSpline(s, curve)(at), np.complex128)
 
 
-def continued(trail: Trail, beyond: int, width: float) -> Complex:
-    """Return a trail's curve with some nodes more at both ends, on arcs of its curvature there.
+def continued(
+    path: BodyPath, beyond: int, width: float, settings: ContinuationSettings = CONTINUATION
+) -> Complex:
+    """Return a path's curve with some nodes more at both ends, on arcs of its curvature there.
 
     Parameters
     ----------
-    trail : Trail
+    path : BodyPath
     beyond : int
         Nodes at either end.
     width : float
         The body's width, pixels.
+    settings : ContinuationSettings
     """
-    curve, step = trail.curve, trail.step
-    free = max(1, round(FREE * width / step))
-    telling = min(max(4, round(TELLING * width / step)), len(curve) - 2 * free)
-    first = _onwards(curve[free : free + telling][::-1], step, free + beyond, width)
-    last = _onwards(curve[-free - telling : -free], step, free + beyond, width)
-    return np.concatenate([first[::-1], curve[free:-free], last])
+    curve, step = path.curve, path.step
+    cut = max(1, round(settings.tip_left_out_widths * width / step))
+    fitted = round(settings.fitted_stretch_widths * width / step)
+    fitted = min(max(4, fitted), len(curve) - 2 * cut)
+    most_curved = 1 / (settings.least_radius_widths * width)
+    first = _onwards(curve[cut : cut + fitted][::-1], step, cut + beyond, most_curved)
+    last = _onwards(curve[-cut - fitted : -cut], step, cut + beyond, most_curved)
+    return np.concatenate([first[::-1], curve[cut:-cut], last])
 
 
-def _onwards(stretch: Complex, step: float, count: int, width: float) -> Complex:
-    """Return the points that follow on a stretch, on an arc of its curvature."""
+def _onwards(stretch: Complex, step: float, count: int, most_curved: float) -> Complex:
+    """Return the points that follow on a stretch, on an arc of its curvature (1 / pixels)."""
     pieces = np.diff(stretch)
     heading = np.unwrap(np.angle(pieces))
     at = step * (np.arange(len(pieces)) + 0.5 - len(pieces))  # 0 at the stretch's end
     off = at - at.mean()
     curvature = float(off @ heading) / float(off @ off)
-    tight = 1 / (TIGHTEST * width)
-    curvature = min(max(curvature, -tight), tight)
+    curvature = min(max(curvature, -most_curved), most_curved)
     angle = heading.mean() + curvature * (step * (np.arange(count) + 0.5) - at.mean())
     return np.asarray(stretch[-1] + np.cumsum(step * np.exp(1j * angle)), np.complex128)

@@ -1,4 +1,4 @@
-"""Carries a midline on by sliding the body along itself, and mends it where its edges are seen.
+"""Propagates a midline by sliding the body along its path, corrected where its edges are seen.
 
 A worm follows its own path: its head leads, and the body comes after along the midline that it had
 (crawling backwards, the tail leads). The last midline, continued at both ends with the curvature
@@ -8,61 +8,89 @@ lies on itself or beside itself there is no edge, and the path alone tells. The 
 for along the path; one that cannot be seen follows from the other and from the length.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import log
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solveh_banded
 
-from worm_tracker.midline.contour_midline import (
-    Complex,
-    Floats,
-    arc,
+from worm_msgs_py.arrays import Complex, Floats, Picture
+from worm_tracker.midline.cross_sections import (
+    CrossSections,
+    CrossSectionSettings,
+    cross_sections,
+    interpolate,
+)
+from worm_tracker.midline.curve import (
     as_complex,
     as_points,
+    complex_arc_length,
+    reflected_ends,
     tangents,
 )
-from worm_tracker.midline.cross_sections import EDGE, CrossSections, cross_sections, sampled
-from worm_tracker.midline.path import Trail, continued, evenly, nodes_for
+from worm_tracker.midline.path import (
+    BodyPath,
+    ContinuationSettings,
+    continued,
+    evenly,
+    nodes_for,
+)
 
-AHEAD = 1.6
-"""How far the path is continued beyond the way that the body slid last, in widths."""
-NEAR_TIP = 1.5
-"""How near to where the body ended it may end now, in widths."""
-ROUNDS = 3
-"""Times that cross-sections are measured; the path is mended in between."""
-PATH_SD = 0.35
-"""How far an unseen part may lie beside the path, in widths."""
-TURN_SD, BEND_SD = 0.25, 0.5
-"""How far a stretch of a width may turn (radians), and its direction bend (radians a width)."""
-SMOOTH = 0.3
-"""Scale below which the path's wiggles are noise, in widths."""
-BEHIND = (0.2, 1.2)
-"""From where to where behind a tip the body must have sides, in widths."""
-SEEN_SIDES = 0.6
-"""Part of those cross-sections with an edge from which on the tip is one."""
-MOST_LENGTHENED = 0.05
-"""Log of the length over that expected beyond which two tips are not those of one body."""
-LEAST_LENGTH = 0.5
-"""Part of the expected length that must be on the path."""
-TIP_SEARCH_PX, TIP_STEP_PX = 4.0, 0.25
+
+@dataclass(frozen=True, slots=True)
+class PathFollowingSettings:
+    """How far a body slides along its path, how far it leaves it, and where it ends."""
+
+    continued_beyond_slide_widths: float = 1.6
+    """How far the path is continued beyond the way that the body slid last."""
+    tip_zone_widths: float = 1.5
+    """How near to where the body ended it may end now: its width is not known there."""
+    measurements: int = 3
+    """Times that cross-sections are measured; the path is corrected in between."""
+    unseen_offset_sd_widths: float = 0.35
+    """How far an unseen part may lie beside the path."""
+    turn_sd_rad: float = 0.25
+    """How far a stretch of a width may turn against the path."""
+    bend_sd_rad_per_width: float = 0.5
+    """How far its direction may bend against the path's within a width."""
+    smoothing_widths: float = 0.3
+    """Scale below which the path's wiggles are noise."""
+    sides_near_tip_widths: float = 0.2
+    sides_far_from_tip_widths: float = 1.2
+    """From where to where behind a tip the body must have sides: an edge without them is another
+    part's, that lies across."""
+    least_part_with_sides: float = 0.6
+    """Part of those cross-sections with an edge from which on the tip is one."""
+    tip_start_inside_widths: float = 0.8
+    """How far within the last end the search for where the path leaves the body begins."""
+    most_log_length_over_expected: float = 0.05
+    """Log of the length over that expected beyond which two tips are not those of one body."""
+    least_length_over_expected: float = 0.5
+    """Part of the expected length that must be on the path."""
+    tip_search_px: float = 4.0
+    tip_step_px: float = 0.25
+    """How far about a tip found on the nodes, and how finely, its edge is sought."""
+    continuation: ContinuationSettings = field(default_factory=ContinuationSettings)
+    sections: CrossSectionSettings = field(default_factory=CrossSectionSettings)
+
+
+PATH_FOLLOWING = PathFollowingSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Slender:
-    """What is known of a body that is slid.
+class ExpectedBody:
+    """What a body that slides along its path is expected to be.
 
     Attributes
     ----------
-    widths : ndarray, shape (POINTS,)
-        Along the body, in the trail's order.
+    widths : ndarray, shape (TRACKED_POINTS,)
+        Along the body, in the path's order.
     level : float
         Signal on the midline, grey levels.
     length : float
-        Expected length, pixels.
+        Pixels.
     """
 
     widths: Floats
@@ -76,8 +104,8 @@ class Slender:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Path:
-    """The last trail with `beyond` nodes more at either end; the body is thought to slide `way`."""
+class _Extended:
+    """The last path with `beyond` nodes more at either end; the body is thought to slide `way`."""
 
     curve: Complex
     step: float
@@ -85,55 +113,76 @@ class _Path:
     way: float
 
 
-def slide(signal: NDArray[np.uint8], trail: Trail, body: Slender, frames: int = 1) -> Trail | None:
+@dataclass(frozen=True, eq=False, slots=True)
+class _View:
+    """The signal in a window, the body that is looked for in it, and how."""
+
+    signal: Picture
+    body: ExpectedBody
+    settings: PathFollowingSettings
+
+
+def slide_along_path(
+    signal: Picture,
+    path: BodyPath,
+    body: ExpectedBody,
+    frames: int = 1,
+    settings: PathFollowingSettings = PATH_FOLLOWING,
+) -> BodyPath | None:
     """Slide a body along itself into a picture.
 
     Parameters
     ----------
     signal : ndarray of uint8, shape (h, w)
         Background minus picture in a window.
-    trail : Trail
+    path : BodyPath
         Where the body was, in the window's coordinates.
-    body : Slender
-        The body.
+    body : ExpectedBody
     frames : int
         How many frames ago that was, 1 for the next.
+    settings : PathFollowingSettings
 
     Returns
     -------
-    Trail or None
+    BodyPath or None
         None where too little of the body is on the path.
     """
-    way, width = trail.forward * frames, body.width
-    beyond = int((AHEAD * width + abs(way)) / trail.step) + 2
-    path = _Path(continued(trail, beyond, width), trail.step, beyond, way)
-    for turn in range(ROUNDS):
-        seen = _measured(signal, path, trail, body)
-        if turn < ROUNDS - 1:
-            path = _mended(path, seen, width)
-    return _cut(signal, path, seen, trail, body)
+    way, width = path.forward * frames, body.width
+    beyond = int((settings.continued_beyond_slide_widths * width + abs(way)) / path.step) + 2
+    curve = continued(path, beyond, width, settings.continuation)
+    view, extended = _View(signal, body, settings), _Extended(curve, path.step, beyond, way)
+    seen = _measured(view, extended, path.length)
+    for _ in range(settings.measurements - 1):
+        extended = _corrected(extended, seen, width, settings)
+        seen = _measured(view, extended, path.length)
+    return _cut_at_tips(view, extended, seen, path.length)
 
 
-def _measured(signal: NDArray[np.uint8], path: _Path, trail: Trail, body: Slender) -> CrossSections:
+def _measured(view: _View, extended: _Extended, length: float) -> CrossSections:
     """Measure the cross-sections, each against the width that the body has there."""
-    nodes = np.arange(len(path.curve)) - path.beyond
-    part = (path.step * nodes + path.way) / trail.length
+    body, settings = view.body, view.settings
+    nodes = np.arange(len(extended.curve)) - extended.beyond
+    part = (extended.step * nodes + extended.way) / length
     half = np.interp(part, np.linspace(0, 1, len(body.widths)), body.widths) / 2
-    ends = path.beyond + int(NEAR_TIP * body.width / path.step)
-    return cross_sections(signal, path.curve, half, body.level, body.width, ends)
+    tip_nodes = extended.beyond + int(settings.tip_zone_widths * body.width / extended.step)
+    return cross_sections(
+        view.signal, extended.curve, half, body.level, body.width, tip_nodes, settings.sections
+    )
 
 
-def _mended(path: _Path, seen: CrossSections, width: float) -> _Path:
+def _corrected(
+    extended: _Extended, seen: CrossSections, width: float, settings: PathFollowingSettings
+) -> _Extended:
     """Move a path to the middle of its cross-sections, smoothly, and even its steps.
 
     The shifts minimise their squared misfits, each over its variance, plus those of the priors: an
     unseen part stays on the path, and shifts neither turn nor bend it much.
     """
-    share = path.step / width  # of a width, between two nodes
-    turn = share / (TURN_SD * path.step) ** 2
-    bend = share / (BEND_SD * path.step * share) ** 2
-    banded = np.zeros((3, len(path.curve)))
-    banded[2] = seen.weight * share + share / (PATH_SD * width) ** 2
+    share = extended.step / width  # of a width, between two nodes
+    turn = share / (settings.turn_sd_rad * extended.step) ** 2
+    bend = share / (settings.bend_sd_rad_per_width * extended.step * share) ** 2
+    banded = np.zeros((3, len(extended.curve)))
+    banded[2] = seen.weight * share + share / (settings.unseen_offset_sd_widths * width) ** 2
     banded[2, 1:] += turn
     banded[2, :-1] += turn
     banded[1, 1:] -= turn
@@ -144,107 +193,113 @@ def _mended(path: _Path, seen: CrossSections, width: float) -> _Path:
     banded[1, 2:] -= 2 * bend
     banded[0, 2:] += bend
     shift = solveh_banded(banded, seen.weight * share * seen.shift)
-    moved = path.curve + 1j * tangents(path.curve) * shift
+    moved = extended.curve + 1j * tangents(extended.curve) * shift
     # Smoothed once, a curve would be pulled inwards; smoothed back by the same, it keeps its bends.
-    sigma = SMOOTH * width / path.step
-    once = _blurred(moved, sigma)
-    curve = evenly(2 * once - _blurred(once, sigma), len(moved))
-    step = float(arc(curve)[-1]) / (len(curve) - 1)
-    return _Path(curve, step, path.beyond, path.way)
+    sigma = settings.smoothing_widths * width / extended.step
+    once = _smoothed(moved, sigma)
+    curve = evenly(2 * once - _smoothed(once, sigma), len(moved))
+    step = float(complex_arc_length(curve)[-1]) / (len(curve) - 1)
+    return _Extended(curve, step, extended.beyond, extended.way)
 
 
-def _blurred(curve: Complex, sigma: float) -> Complex:
-    """Smooth a curve along itself, its ends reflected oddly."""
-    pad = min(int(3 * sigma) + 2, len(curve) - 1)
-    low = 2 * curve[0] - curve[pad:0:-1]
-    high = 2 * curve[-1] - curve[-2 : -pad - 2 : -1]
-    padded = as_points(np.concatenate([low, curve, high]))
-    blurred = cv2.GaussianBlur(padded, (1, 2 * pad + 1), sigma, sigmaY=sigma)
+def _smoothed(curve: Complex, sigma: float) -> Complex:
+    """Smooth a curve along itself without pulling its ends in."""
+    padded, pad = reflected_ends(curve, sigma)
+    size = (1, 2 * pad + 1)
+    blurred = cv2.GaussianBlur(as_points(padded), size, sigma, sigmaY=sigma)
     return as_complex(np.asarray(blurred[pad:-pad], np.float64))
 
 
-def _cut(
-    signal: NDArray[np.uint8], path: _Path, seen: CrossSections, trail: Trail, body: Slender
-) -> Trail | None:
+def _cut_at_tips(
+    view: _View, extended: _Extended, seen: CrossSections, last_length: float
+) -> BodyPath | None:
     """Cut the path where the body ends."""
-    total = float(arc(path.curve)[-1])
-    first = _tip(signal, path.curve, path, seen, body)
-    last = _tip(signal, path.curve[::-1], path, seen.turned, body)
-    was_first, was_last = path.beyond * path.step, total - path.beyond * path.step
-    start = first
-    stop = None if last is None else total - last
+    body, settings = view.body, view.settings
+    total = float(complex_arc_length(extended.curve)[-1])
+    start = _tip(view, extended.curve, extended, seen)
+    from_end = _tip(view, extended.curve[::-1], extended, seen.from_other_end)
+    stop = None if from_end is None else total - from_end
+    was_first, was_last = extended.beyond * extended.step, total - extended.beyond * extended.step
     if (
         start is not None
         and stop is not None
-        and abs(log(max(stop - start, 1.0) / body.length)) > MOST_LENGTHENED
+        and abs(log(max(stop - start, 1.0) / body.length)) > settings.most_log_length_over_expected
     ):
         # One of both is the edge of another part: that which is farther from where it should be.
-        off_first = abs(start - (was_first - path.way))
-        off_last = abs(stop - (was_last - path.way))
+        off_first = abs(start - (was_first - extended.way))
+        off_last = abs(stop - (was_last - extended.way))
         start, stop = (start, None) if off_first < off_last else (None, stop)
     if start is None:
         if stop is None:
-            stop = was_last - path.way + 0.5 * (body.length - trail.length)
-        start = _hidden(stop - body.length, path, seen, body)
+            stop = was_last - extended.way + 0.5 * (body.length - last_length)
+        start = _unseen_tip(stop - body.length, view, extended, seen)
     elif stop is None:
-        stop = total - _hidden(total - start - body.length, path, seen.turned, body)
+        from_end = total - start - body.length
+        stop = total - _unseen_tip(from_end, view, extended, seen.from_other_end)
     start, stop = max(start, 0.0), min(stop, total)
-    if stop - start < LEAST_LENGTH * body.length:
+    if stop - start < settings.least_length_over_expected * body.length:
         return None
-    curve = evenly(path.curve, nodes_for(stop - start, body.width), start, stop)
-    return Trail(curve, 0.5 * ((was_first - start) + (was_last - stop)))
+    curve = evenly(extended.curve, nodes_for(stop - start, body.width), start, stop)
+    return BodyPath(curve, 0.5 * ((was_first - start) + (was_last - stop)))
 
 
-def _leaving(path: _Path, seen: CrossSections, body: Slender) -> float | None:
+def _leaving(view: _View, extended: _Extended, seen: CrossSections) -> float | None:
     """Return at which node, between nodes, the path leaves the object beyond the first end."""
-    inside = path.beyond + round((0.8 * body.width + abs(path.way)) / path.step)
-    edge = EDGE * body.level
-    below = seen.spine[inside::-1] < edge
+    body, settings = view.body, view.settings
+    inside = settings.tip_start_inside_widths * body.width + abs(extended.way)
+    last = extended.beyond + round(inside / extended.step)
+    edge = settings.sections.edge_over_body_level * body.level
+    below = seen.spine[last::-1] < edge
     if below[0] or not below.any():
         return None
-    node = inside - int(below.argmax())
+    node = last - int(below.argmax())
     high, low = float(seen.spine[node + 1]), float(seen.spine[node])
     return node + (edge - low) / max(high - low, 1e-6)
 
 
-def _tip(
-    signal: NDArray[np.uint8], curve: Complex, path: _Path, seen: CrossSections, body: Slender
-) -> float | None:
+def _tip(view: _View, curve: Complex, extended: _Extended, seen: CrossSections) -> float | None:
     """Return the arc length at which the body's first end is seen; None where it is not.
 
     It is where the path leaves the object, if the body has sides before it. Without them that is
     the edge of a part that lies across.
     """
-    node = _leaving(path, seen, body)
+    node = _leaving(view, extended, seen)
     if node is None:
         return None
-    near, far = (int(node) + 1 + round(part * body.width / path.step) for part in BEHIND)
-    sides = seen.seen[near:far]
-    if not len(sides) or sides.mean() < SEEN_SIDES:
+    settings = view.settings
+    near, far = (
+        int(node) + 1 + round(widths * view.body.width / extended.step)
+        for widths in (settings.sides_near_tip_widths, settings.sides_far_from_tip_widths)
+    )
+    sides = seen.has_edge[near:far]
+    if not len(sides) or sides.mean() < settings.least_part_with_sides:
         return None
-    return _sharper(signal, curve, node * path.step, EDGE * body.level)
+    return _entry(view, curve, node * extended.step)
 
 
-def _hidden(at: float, path: _Path, seen: CrossSections, body: Slender) -> float:
-    """Return the arc length of a first end that is not seen: where the length has it, but hidden.
+def _unseen_tip(at: float, view: _View, extended: _Extended, seen: CrossSections) -> float:
+    """Return the arc length of a first end that is not seen: where the length has it, but occluded.
 
     It cannot lie in the open, beyond the object.
     """
-    node = _leaving(path, seen, body)
-    return at if node is None else max(at, node * path.step)
+    node = _leaving(view, extended, seen)
+    return at if node is None else max(at, node * extended.step)
 
 
-def _sharper(signal: NDArray[np.uint8], curve: Complex, at: float, edge: float) -> float:
+def _entry(view: _View, curve: Complex, at: float) -> float:
     """Return the arc length at which a path enters the body, sought near one found on its nodes."""
-    s = arc(curve)
+    settings = view.settings
+    edge = settings.sections.edge_over_body_level * view.body.level
+    reach, step = settings.tip_search_px, settings.tip_step_px
+    s = complex_arc_length(curve)
     k = min(max(int(np.searchsorted(s, at)), 4), len(curve) - 4)
-    fine = np.arange(at - TIP_SEARCH_PX, at + TIP_SEARCH_PX, TIP_STEP_PX)
+    fine = np.arange(at - reach, at + reach, step)
     line = CubicSpline(s[k - 4 : k + 4], curve[k - 4 : k + 4])(fine)
     beside = 1j * tangents(line)[:, None] * np.array([-0.5, 0.0, 0.5])
-    along = sampled(signal, line[:, None] + beside).mean(axis=1)
+    along = interpolate(view.signal, line[:, None] + beside).mean(axis=1)
     above = along >= edge
     if above[0] or not above[-1]:
         return at
     j = len(above) - int((~above[::-1]).argmax())
     low, high = float(along[j - 1]), float(along[j])
-    return float(fine[j - 1]) + TIP_STEP_PX * (edge - low) / max(high - low, 1e-6)
+    return float(fine[j - 1]) + step * (edge - low) / max(high - low, 1e-6)

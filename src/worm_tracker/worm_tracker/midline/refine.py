@@ -6,57 +6,81 @@ within the end. The sides are the points where it falls to half of what it is on
 midline runs half-way between them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from worm_tracker.midline.contour_midline import (
-    POINTS,
-    Complex,
-    Floats,
-    arc,
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask, Picture
+from worm_tracker.midline.curve import (
+    TRACKED_POINTS,
     as_complex,
     as_points,
-    smooth_along,
+    complex_arc_length,
+    smooth_open_curve,
     tangents,
     unit_grid,
 )
-from worm_tracker.midline.edges import STEP_PX, edges, sample, steps
-from worm_tracker.midline.tips import with_tips
+from worm_tracker.midline.edges import (
+    PROFILE_STEP_PX,
+    EdgeSettings,
+    distance_powers,
+    find_edges,
+    sample_lines,
+)
+from worm_tracker.midline.tips import TipSettings, with_tips
 
-NODE_SPACING = 0.4
-"""Distance of the cross-sections, in widths."""
-BUMP, BUMP_NODES = 1.1, 7
-"""Width over the median of so many cross-sections to either side that is not the worm's alone."""
-LEVEL_NODES = 5
-"""Cross-sections over which the body's level is steadied."""
-SHORT = 0.35
-"""How far from its tips a midline ends before the tips are looked for, in widths."""
 _CAP_AT = np.array([0.0, 0.05, 0.15, 0.35, 0.65])
 _CAP = np.sqrt(1 - (1 - _CAP_AT) ** 2)
 """Widths of a round end at these parts of the way from the tip, relative."""
-MIN_NODES, MAX_NODES = 40, 200
-REACH = 0.9
-"""How far to either side the edges are looked for, in widths."""
+
+
+@dataclass(frozen=True, slots=True)
+class RefineSettings:
+    """Where a body's edges are measured, and which of them are believed."""
+
+    section_spacing_widths: float = 0.4
+    """Distance of the cross-sections: closer ones share their pixels and tell little more."""
+    fewest_sections: int = 40
+    most_sections: int = 200
+    """Bounds on their number: a stout body still bends, a slender one must not take too long."""
+    start_before_tip_widths: float = 0.35
+    """How far from its ends the first midline is cut: the tips are looked for from within."""
+    smoothing_widths: float = 0.35
+    """Scale below which wiggles of the first midline are smoothed away."""
+    edge_reach_widths: float = 0.9
+    """How far to either side the edges are looked for: beyond them, short of the next turn."""
+    level_half_width_widths: float = 0.3
+    """How far to either side of the midline the body's level is averaged."""
+    level_median_sections: int = 5
+    """Cross-sections over which the body's level is steadied."""
+    most_width_over_neighbours: float = 1.1
+    """Width over the median of its neighbours from which a cross-section is not the worm's alone:
+    a body tapers by less within that many sections."""
+    neighbour_sections: int = 7
+    """How many neighbours to either side that are."""
+    tips: TipSettings = field(default_factory=TipSettings)
+    edge: EdgeSettings = field(default_factory=EdgeSettings)
+
+
+REFINE = RefineSettings()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Fine:
+class RefinedMidline:
     """A midline below a pixel.
 
     Attributes
     ----------
-    points : ndarray, shape (POINTS, 2)
+    points : ndarray, shape (TRACKED_POINTS, 2)
         (u, v) at equal steps from tip to tip.
-    widths : ndarray, shape (POINTS,)
+    widths : ndarray, shape (TRACKED_POINTS,)
         Distance of the half-height edges; NaN-free, zero at the tips.
     level : float
         Median signal on the midline.
-    seen : float
+    edges_found : float
         Fraction of the cross-sections in which both edges were found.
     area, u, v : float
         Area between the edges and its centroid.
@@ -65,49 +89,57 @@ class Fine:
     points: Floats
     widths: Floats
     level: float
-    seen: float
+    edges_found: float
     area: float
     u: float
     v: float
 
 
-def refine(signal: NDArray[np.uint8], offset: tuple[int, int], rough: Floats, width: float) -> Fine:
+def refine(
+    signal: Picture,
+    origin: tuple[int, int],
+    first: Floats,
+    width: float,
+    settings: RefineSettings = REFINE,
+) -> RefinedMidline:
     """Refine a midline on the signal.
 
     Parameters
     ----------
     signal : ndarray of uint8, shape (h, w)
         Background minus picture in a window, not smoothed.
-    offset : (int, int)
+    origin : (int, int)
         (u, v) of the window's first pixel.
-    rough : ndarray, shape (n, 2)
-        A midline that lies within the body.
+    first : ndarray, shape (n, 2)
+        A midline that lies within the body, in the picture's coordinates.
     width : float
         The body's expected width, pixels.
+    settings : RefineSettings
     """
-    curve = as_complex(rough) - complex(*offset)
-    s = arc(curve)
+    curve = as_complex(first) - complex(*origin)
+    s = complex_arc_length(curve)
     length = float(s[-1])
-    nodes = int(min(max(length / (NODE_SPACING * width), MIN_NODES), MAX_NODES))
-    sigma = 0.35 * width * (nodes - 1) / max(length, 1e-6)
-    # The tips are found from within: the ends of a rough midline are least to be trusted.
-    margin = min(SHORT * width, 0.2 * length)
+    nodes = length / (settings.section_spacing_widths * width)
+    nodes = int(min(max(nodes, settings.fewest_sections), settings.most_sections))
+    sigma = settings.smoothing_widths * width * (nodes - 1) / max(length, 1e-6)
+    # The tips are found from within: the ends of a first midline are least to be trusted.
+    margin = min(settings.start_before_tip_widths * width, 0.2 * length)
     curve = np.interp(margin + (length - 2 * margin) * unit_grid(nodes), s, curve)
-    body = _centre(signal, _smooth(curve, sigma), width, 0.6 * sigma)
-    level = _middle(body.level)
-    whole = with_tips(signal, body.curve, level, width)
-    s_whole = arc(whole)
+    body = _centre(signal, _smooth(curve, sigma), width, 0.6 * sigma, settings)
+    level = _upper_median(body.level)
+    whole = with_tips(signal, body.curve, level, width, settings.tips)
+    s_whole = complex_arc_length(whole)
     s, across = _widths_to_tips(whole, s_whole, body)
     area, centre = _area(np.interp(s, s_whole, whole), s, across)
-    grid = s_whole[-1] * unit_grid(POINTS)
-    return Fine(
-        points=as_points(np.interp(grid, s_whole, whole) + complex(*offset)),
+    grid = s_whole[-1] * unit_grid(TRACKED_POINTS)
+    return RefinedMidline(
+        points=as_points(np.interp(grid, s_whole, whole) + complex(*origin)),
         widths=np.interp(grid, s, across),
         level=level,
-        seen=body.seen,
+        edges_found=body.edges_found,
         area=area,
-        u=centre.real + offset[0],
-        v=centre.imag + offset[1],
+        u=centre.real + origin[0],
+        v=centre.imag + origin[1],
     )
 
 
@@ -143,14 +175,8 @@ def _widths_to_tips(whole: Complex, s_whole: Floats, body: "_Centred") -> tuple[
 
 
 def _smooth(curve: Complex, sigma: float) -> Complex:
-    """Smooth a curve along itself without pulling its ends in."""
-    if sigma < 0.3:
-        return curve
-    # An odd reflection about the end keeps end points and end slopes.
-    pad = min(int(3 * sigma) + 2, len(curve) - 1)
-    low = 2 * curve[0] - curve[pad:0:-1]
-    high = 2 * curve[-1] - curve[-2 : -pad - 2 : -1]
-    return smooth_along(np.concatenate([low, curve, high]), sigma, pad)
+    """Smooth a curve along itself, if there is anything to smooth."""
+    return curve if sigma < 0.3 else smooth_open_curve(curve, sigma)
 
 
 class _Centred(NamedTuple):
@@ -158,26 +184,28 @@ class _Centred(NamedTuple):
 
     curve: Complex
     widths: Floats
-    level: NDArray[np.float32]
-    seen: float
+    level: Floats32
+    edges_found: float
 
 
-def _centre(signal: NDArray[np.uint8], curve: Complex, width: float, sigma: float) -> _Centred:
+def _centre(
+    signal: Picture, curve: Complex, width: float, sigma: float, settings: RefineSettings
+) -> _Centred:
     """Move a curve to the middle between the half-height edges across it."""
     n = len(curve)
     normal = 1j * tangents(curve)
-    half = max(4, int(REACH * width / STEP_PX) + 1)
-    profiles = sample(signal, [curve, normal], steps(-half, half))
-    core = max(1, int(0.3 * width / STEP_PX))
+    half = max(4, int(settings.edge_reach_widths * width / PROFILE_STEP_PX) + 1)
+    profiles = sample_lines(signal, [curve, normal], distance_powers(-half, half))
+    core = max(1, int(settings.level_half_width_widths * width / PROFILE_STEP_PX))
     level = profiles[:, half - core : half + core + 1] @ _mean_of(2 * core + 1)
-    level = np.maximum(cv2.medianBlur(level[None], LEVEL_NODES)[0], 1.0)
+    level = np.maximum(cv2.medianBlur(level[None], settings.level_median_sections)[0], 1.0)
     both = np.empty((2 * n, half + 1), np.float32)
     both[:n], both[n:] = profiles[:, half:], profiles[:, half::-1]
-    out, found = edges(both, np.concatenate([level, level]), width)
+    out, found = find_edges(both, np.concatenate([level, level]), width, settings.edge)
     right, left = out[:n], out[n:]
     shift, across = (right - left) / 2, right + left
     seen = found[:n] & found[n:]
-    trusted = seen & ~_bumps(across)
+    trusted = seen & ~_too_wide(across, settings)
     if not trusted.all():
         shift, across = _fill(shift, trusted, 0.0), _fill(across, trusted, width)
     moved = _smooth(curve + normal * shift, sigma)
@@ -185,34 +213,35 @@ def _centre(signal: NDArray[np.uint8], curve: Complex, width: float, sigma: floa
 
 
 @cache
-def _mean_of(size: int) -> NDArray[np.float32]:
+def _mean_of(size: int) -> Floats32:
     """Return the weights that average so many values: a product is faster than `mean`."""
     return np.full(size, 1 / size, np.float32)
 
 
-def _middle(values: NDArray[np.float32]) -> float:
-    """Return the (upper) median; NumPy's own takes five times as long for so few values."""
+def _upper_median(values: Floats32) -> float:
+    """Return the upper median; NumPy's own takes five times as long for so few values."""
     return float(np.sort(values)[len(values) // 2])
 
 
-def _bumps(across: Floats) -> NDArray[np.bool_]:
+def _too_wide(across: Floats, settings: RefineSettings) -> Mask:
     """Return which cross-sections, and their neighbours, have something lying against them.
 
     These are wider than the median of those about them.
     """
     odd = np.zeros(len(across), bool)
-    if across.max() <= BUMP * np.sort(across)[len(across) // 2]:
+    most, beside = settings.most_width_over_neighbours, settings.neighbour_sections
+    if across.max() <= most * np.sort(across)[len(across) // 2]:
         return odd
-    around = np.pad(across, BUMP_NODES, "reflect")
-    around = np.lib.stride_tricks.sliding_window_view(around, 2 * BUMP_NODES + 1)
-    odd |= across > BUMP * np.median(around, axis=1)
+    around = np.pad(across, beside, "reflect")
+    around = np.lib.stride_tricks.sliding_window_view(around, 2 * beside + 1)
+    odd |= across > most * np.median(around, axis=1)
     wide = odd.copy()
     wide[1:] |= odd[:-1]
     wide[:-1] |= odd[1:]
     return wide
 
 
-def _fill(values: Floats, found: NDArray[np.bool_], default: float) -> Floats:
+def _fill(values: Floats, found: Mask, default: float) -> Floats:
     """Replace what was not found by its neighbours along the body."""
     if not found.any():
         return np.full_like(values, default)

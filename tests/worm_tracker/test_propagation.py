@@ -9,8 +9,6 @@ from crawling_worm import FRAME_NS
 from worm_model.evaluation.distances import as_given_rms, resampled
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
-from worm_tracker.midline.contour_midline import as_points
-from worm_tracker.midline.path import Trail, continued, evenly, trail_of
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
@@ -56,7 +54,7 @@ def centroid_errors(given, truth):
     ("scene", "frames", "px_per_mm"),
     [("crossing", 95, 20.0), ("crossing_of_one_shade", 95, 20.0), ("coil", 190, 30.0)],
 )
-def test_midline_and_head_are_carried_through(scene, frames, px_per_mm):
+def test_midline_and_head_are_propagated_through(scene, frames, px_per_mm):
     """The first loop of the crossings opens at frame 87; the coil is closed half of the time."""
     pictures, truth = filmed(scene, frames, px_per_mm=px_per_mm)
     _, given = tracked(pictures)
@@ -83,20 +81,3 @@ def test_a_loop_waits_for_no_longer_than_it_may_and_its_centroid_is_that_of_its_
     _, given = tracked(pictures, hold_back_frames=4)
     assert {one.state.status for one in given} == {Status.COILED}
     assert max(centroid_errors(given, truth)) < 0.5
-
-
-def test_a_trail_does_not_shrink_however_often_its_nodes_are_laid_anew():
-    """On a circle of two widths; straight pieces would cut half a pixel off it every time."""
-    radius, width = 16.0, 8.0
-    circle = radius * np.exp(1j * np.linspace(0, 4, 80))
-    trail = trail_of(as_points(circle), None, width)
-    for count in [60, 61] * 100:
-        trail = Trail(evenly(trail.curve, count))
-    assert np.abs(trail.curve) == pytest.approx(radius, abs=0.02)
-    assert trail.length == pytest.approx(4 * radius, abs=0.05)
-
-
-def test_a_trail_is_continued_on_its_own_circle():
-    radius, width = 16.0, 8.0
-    trail = trail_of(as_points(radius * np.exp(1j * np.linspace(0, 4, 80))), None, width)
-    assert np.abs(continued(trail, 10, width)) == pytest.approx(radius, abs=0.1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from worm_model.simulator.rig import Body, Optics, Rig, draw
-from worm_tracker.midline.contour_midline import resample
+from worm_tracker.midline.curve import resample
 from worm_tracker.midline.refine import refine
 
 CLEAR = 200

@@ -24,11 +24,11 @@ def errors(bend, width, noise, seed):
     body = rounded_body(np.stack([z.real, z.imag], axis=1), width)
     dark = draw(rig, body, seed).astype(float)
     signal = np.clip(CLEAR - dark, 0, 255).astype(np.uint8)
-    fine = refine(signal, (0, 0), body.at(np.linspace(3.0, body.length_px - 3.0, 65)), width)
+    refined = refine(signal, (0, 0), body.at(np.linspace(3.0, body.length_px - 3.0, 65)), width)
     found = []
     for tip, from_tip, inner in ((0, 0.0, 2.0), (-1, body.length_px, body.length_px - 2.0)):
         true, near = (complex(*body.at(at)) for at in (from_tip, inner))
-        off = (complex(*fine.points[tip]) - true) / ((true - near) / abs(true - near))
+        off = (complex(*refined.points[tip]) - true) / ((true - near) / abs(true - near))
         # Seen outwards, the inner side is at the head's right where it is at the tail's left.
         found.append((off.real, off.imag if tip == -1 else -off.imag))
     return found

@@ -1,4 +1,4 @@
-"""Pieces of a worm are joined where the picture cannot tell, and nowhere else."""
+"""Fragments of a worm are reconnected where something may occlude it, and nowhere else."""
 
 import cv2
 import numpy as np
@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worm_tracker.detection.blobs import find_blobs, whole
-from worm_tracker.detection.occlusion import join
+from worm_tracker.detection.blobs import find_blobs, whole_picture
+from worm_tracker.detection.occlusion import OccludedView, reconnect
 
 WIDTH, LEVEL, SHAPE = 12.0, 140.0, (300, 400)
 
@@ -26,15 +26,15 @@ def drawn(*lines):
     return signal
 
 
-def joined(signal, zone, length=0.0, body=None):
-    blobs = find_blobs(signal, 0.4 * LEVEL, whole(SHAPE))
-    return join(blobs, signal, zone, WIDTH, length, LEVEL, body)
+def reconnected(signal, occluder, length=0.0, body=None):
+    blobs = find_blobs(signal, 0.4 * LEVEL, whole_picture(SHAPE))
+    return reconnect(blobs, OccludedView(signal, occluder, WIDTH, length, LEVEL, body))
 
 
 def box(u0, u1):
-    zone = np.zeros(SHAPE, np.uint8)
-    zone[:, round(u0) : round(u1)] = 255
-    return zone
+    occluder = np.zeros(SHAPE, np.uint8)
+    occluder[:, round(u0) : round(u1)] = 255
+    return occluder
 
 
 LONG = float(np.hypot(*np.diff(wave(0.0, np.linspace(0, 300, 400)), axis=0).T).sum())
@@ -47,9 +47,9 @@ def test_a_body_cut_by_glare_is_joined_along_its_own_curve(phase, start, gap):
         wave(phase, np.linspace(0, start, 60)),
         wave(phase, np.linspace(start + gap, 300, 60)),
     )
-    found = joined(drawn(one, other), box(36 + start, 44 + start + gap))
+    found = reconnected(drawn(one, other), box(36 + start, 44 + start + gap))
     assert found is not None
-    assert found.hidden == (False, False)
+    assert found.occluded_ends == (False, False)
     (bridge,) = found.bridges
     real = wave(phase, np.linspace(0, 300, 2000))
     away = np.hypot(*(bridge[:, None] - real[None]).T).min(axis=0)
@@ -58,24 +58,24 @@ def test_a_body_cut_by_glare_is_joined_along_its_own_curve(phase, start, gap):
 
 def test_two_objects_are_not_joined_where_the_picture_can_tell():
     signal = drawn(wave(0.0, np.linspace(0, 120, 60)), wave(0.0, np.linspace(160, 300, 60)))
-    assert joined(signal, np.zeros(SHAPE, np.uint8)) is None
+    assert reconnected(signal, np.zeros(SHAPE, np.uint8)) is None
 
 
-def test_a_piece_beside_it_that_would_be_a_hairpin_is_not_joined():
+def test_a_piece_beside_it_that_would_be_a_hairpin_is_not_reconnected():
     beside = np.stack([np.linspace(60, 170, 60), np.full(60, 110.0)], axis=1)
-    found = joined(drawn(wave(0.0, np.linspace(0, 120, 60)), beside), box(150, 260))
+    found = reconnected(drawn(wave(0.0, np.linspace(0, 120, 60)), beside), box(150, 260))
     assert found is None or not found.bridges
 
 
 @pytest.mark.parametrize("length", [0.0, LONG])
 def test_an_end_that_fades_into_glare_is_hidden(length):
     body = wave(0.0, np.linspace(0, 300, 400))
-    zone = box(240, 340)
+    occluder = box(240, 340)
     signal = drawn(body)
     fade = np.clip((240.0 - np.arange(SHAPE[1])) / 60.0 + 1.0, 0.0, 1.0)
-    found = joined((signal * fade).astype(np.uint8), zone, length, body)
-    assert found.hidden.count(True) == 1
-    end = found.ends[found.hidden.index(True)]
+    found = reconnected((signal * fade).astype(np.uint8), occluder, length, body)
+    assert found.occluded_ends.count(True) == 1
+    end = found.ends[found.occluded_ends.index(True)]
     assert 200 < end[0] < 300
     if length:  # supposed to go on as it did, by what is missing
         (onward,) = found.bridges
@@ -86,4 +86,4 @@ def test_an_end_that_fades_into_glare_is_hidden(length):
 def test_a_tip_that_is_dark_up_to_its_edge_is_seen_also_beside_glare():
     body = wave(0.0, np.linspace(0, 190, 200))
     long = float(np.hypot(*np.diff(body, axis=0).T).sum()) + WIDTH
-    assert joined(drawn(body), box(228, 330), long, body) is None
+    assert reconnected(drawn(body), box(228, 330), long, body) is None

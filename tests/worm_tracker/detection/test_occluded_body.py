@@ -1,4 +1,4 @@
-"""Glare hides a part of the worm: it is bridged and marked, or said to be missing, not guessed."""
+"""A part of the worm is occluded: it is bridged and marked, or said to be missing, not guessed."""
 
 import math
 

@@ -5,7 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_tracker.head_tail import HeadTail, certainty, chained
+from worm_msgs_py import Status
+from worm_tracker.head_tail.identity import HeadTail, certainty, certainty_before_link
+from worm_tracker.observation import Observation
+from worm_tracker.worm_track import WormTrack
 
 LENGTH, WIDTH = 100.0, 10.0
 
@@ -19,11 +22,23 @@ def crawling(frames, step, heading=0.3):
     return wave @ np.array([[c, s], [-s, c]])
 
 
+def seen(points, appearance=None, confidence=1.0):
+    """Return what a picture says of a body."""
+    return Observation(
+        Status.TRACKED,
+        points=points,
+        widths=np.full(len(points), WIDTH),
+        confidence=confidence,
+        width=WIDTH,
+        appearance=appearance,
+    )
+
+
 def follow(midlines, turned):
     """Push midlines, some the other way round; return identity and whether the head is first."""
-    identity = HeadTail()
+    identity = HeadTail(WormTrack())
     for midline, flip in zip(midlines, turned, strict=True):
-        identity.push(midline[::-1] if flip else midline, WIDTH)
+        identity.push(seen(midline[::-1] if flip else midline))
     return identity, (identity.log_odds > 0) != bool(turned[0])
 
 
@@ -47,9 +62,9 @@ def test_time_reversed_motion_exchanges_the_ends(step, turned):
 def test_a_worm_at_rest_decides_nothing():
     rng = np.random.default_rng(0)
     still = crawling(1, 0.0)[0]
-    identity = HeadTail()
+    identity = HeadTail(WormTrack())
     for _ in range(500):
-        identity.push(still + 0.1 * rng.standard_normal((65, 1)), WIDTH)
+        identity.push(seen(still + 0.1 * rng.standard_normal((65, 1))))
     assert not identity.certain
     assert identity.swaps == 0
 
@@ -73,7 +88,7 @@ def test_a_link_that_cannot_be_told_costs_the_certainty():
     assert identity.certain
     fold = np.abs(np.linspace(-LENGTH / 2, LENGTH / 2, 65))
     hairpin = np.stack([fold, np.zeros(65)], axis=1)  # the same from either end
-    linked = identity.push(hairpin, WIDTH)
+    linked = identity.push(seen(hairpin))
     assert linked.reliability < 0.9
     assert not identity.certain
 
@@ -81,21 +96,21 @@ def test_a_link_that_cannot_be_told_costs_the_certainty():
 def test_certainty_is_a_probability():
     assert certainty(0.0) == 0.5
     assert certainty(-3.0) == certainty(3.0) == pytest.approx(0.9526, abs=1e-4)
-    assert chained(0.9, 1.0) == pytest.approx(0.9)
-    assert chained(0.9, 0.5) == pytest.approx(0.5)
+    assert certainty_before_link(0.9, 1.0) == pytest.approx(0.9)
+    assert certainty_before_link(0.9, 0.5) == pytest.approx(0.5)
 
 
-MARKS = np.linspace(0.3, -0.1, 16)
-"""How the ends look: their first half is wider, and darker in part."""
+DIFFERENCE = np.linspace(0.3, -0.1, 16)
+"""How the ends differ: the first half is wider, and darker in part."""
 
 
-def crawled_then_missed(frames_missed, marks, seed=0):
+def crawled_then_missed(frames_missed, appearance, seed=0):
     """Return an identity that saw a worm go ahead, and then did not see it for a while."""
     rng = np.random.default_rng(seed)
-    identity = HeadTail()
+    identity = HeadTail(WormTrack())
     for points in crawling(60, 3.0):
-        seen = None if marks is None else marks + 0.05 * rng.standard_normal(16)
-        identity.push(points, WIDTH, seen)
+        noise = 0.05 * rng.standard_normal(16)
+        identity.push(seen(points, None if appearance is None else appearance + noise))
     assert identity.certain
     assert identity.log_odds > 0
     for _ in range(frames_missed):
@@ -106,8 +121,8 @@ def crawled_then_missed(frames_missed, marks, seed=0):
 def test_a_worm_not_seen_for_long_may_be_either_way_round():
     there = crawling(61, 3.0)[-1]
     soon, late = crawled_then_missed(1, None), crawled_then_missed(40, None)
-    soon.push(there, WIDTH)
-    late.push(there, WIDTH)
+    soon.push(seen(there))
+    late.push(seen(there))
     assert soon.certain
     assert not late.certain
     assert certainty(late.log_odds) < 0.9
@@ -116,30 +131,28 @@ def test_a_worm_not_seen_for_long_may_be_either_way_round():
 def test_a_body_that_was_poorly_fitted_for_long_does_not_tell_where_its_ends_are():
     identity = crawled_then_missed(0, None)
     for points in crawling(90, 3.0)[60:]:
-        identity.push(points, WIDTH, None, 0.7)
-    identity.push(crawling(91, 3.0)[-1], WIDTH)
+        identity.push(seen(points, confidence=0.7))
+    identity.push(seen(crawling(91, 3.0)[-1]))
     assert not identity.certain
 
 
 @given(round_=st.booleans(), turned=st.booleans(), seed=st.integers(0, 99))
-def test_the_looks_of_the_ends_tell_the_head_after_a_time_without_it(round_, turned, seed):
+def test_the_appearance_of_the_ends_tells_the_head_after_a_time_without_it(round_, turned, seed):
     """Also where the worm has turned round unseen, so that each end lies where the other was."""
-    identity = crawled_then_missed(40, MARKS, seed)
+    identity = crawled_then_missed(40, DIFFERENCE, seed)
     rng = np.random.default_rng(seed)
     there = crawling(61, 3.0)[-1]
     head_first = there[::-1] if round_ else there
-    verdicts = []
+    decisions = []
     for _ in range(20):
-        marks = MARKS + 0.05 * rng.standard_normal(16)
-        if turned:
-            linked = identity.push(head_first[::-1], WIDTH, -marks)
-        else:
-            linked = identity.push(head_first, WIDTH, marks)
-        if linked.verdict is not None:
-            verdicts.append(linked.verdict)
-    (verdict,) = verdicts
-    assert verdict.wrong == round_
-    assert verdict.reliability > 0.9
+        observation = seen(head_first, DIFFERENCE + 0.05 * rng.standard_normal(16))
+        linked = identity.push(observation.reversed() if turned else observation)
+        if linked.decision is not None:
+            decisions.append(linked.decision)
+    (decision,) = decisions
+    assert decision.was_reversed == round_
+    assert decision.reliability > 0.9
     assert identity.certain
-    head = linked.points[0] if identity.log_odds > 0 else linked.points[-1]
+    points = linked.observation.points
+    head = points[0] if identity.log_odds > 0 else points[-1]
     assert tuple(head) == tuple(head_first[0])

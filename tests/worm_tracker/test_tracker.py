@@ -22,8 +22,9 @@ from crawling_worm import (
 from worm_model.simulator.rig import Rig, draw, truth_of
 from worm_msgs_py import Status, Where
 from worm_msgs_py.errors import NoChamberFound
+from worm_tracker.follower import FollowerSettings
 from worm_tracker.parameters import Polarity, TrackerParameters
-from worm_tracker.tracker import Tracker
+from worm_tracker.tracker import Tracker, TrackerSettings
 
 LENGTH, WIDTH = 110.0, 12.0
 """A stout worm in the small rig."""
@@ -273,3 +274,14 @@ def test_without_a_rig_there_are_pixels_and_a_scale_only_if_given():
     assert math.isnan(state.length_m)
     _, scaled = track(pictures, no_chamber=True, px_per_mm=80.0)
     assert scaled[0].state.length_m == pytest.approx(state.length_px / 80e3)
+
+
+def test_a_constant_of_a_stage_can_be_changed():
+    """With a body that nothing agrees with well enough, no midline is believed."""
+    strict = TrackerSettings(follower=FollowerSettings(least_agreement=1.01))
+    tracker = Tracker(TrackerParameters(), strict)
+    given = []
+    for frame, picture in enumerate(film(SMALL_RIG, stout_worm(3))):
+        given += tracker.push(picture, frame * FRAME_NS)
+    given += tracker.finish()
+    assert statuses(given) == [Status.COILED] * 3

@@ -1,0 +1,196 @@
+"""What one picture shows of the worm: which object it is, and where; or why there is none."""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from worm_msgs_py.arrays import Floats, Mask, Picture
+from worm_msgs_py.status import Status
+from worm_tracker.detection.blobs import (
+    Blob,
+    Window,
+    draw_blob,
+    find_blobs,
+    thickness,
+    window_around,
+    window_origin,
+)
+from worm_tracker.midline.body_model import BodyModel
+
+_RIM_PX = 2
+"""What belongs to the edge of an object: its blur."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class DetectionPrior:
+    """What is known of the worm before a picture is looked at.
+
+    Attributes
+    ----------
+    model : BodyModel or None
+        What its body is like.
+    blob : Blob or None
+        The object that it was in the last picture; None where it was not seen.
+    body : ndarray, shape (TRACKED_POINTS, 2), or None
+        Its last midline, as long as it has not been out of view.
+    """
+
+    model: BodyModel | None = None
+    blob: Blob | None = None
+    body: Floats | None = None
+
+    @property
+    def area(self) -> float:
+        """The worm's area, square pixels; 0 where it is not known."""
+        return self.model.area if self.model else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Missed:
+    """A picture in which no worm was found.
+
+    Attributes
+    ----------
+    status : Status
+        Why.
+    gain : float
+        The picture's brightness over the background's.
+    """
+
+    status: Status
+    gain: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Occlusion:
+    """Where a part of the body was occluded.
+
+    Attributes
+    ----------
+    ends : ndarray, shape (2, 2)
+        The first and the last point (u, v) of the body that is seen, in the picture's coordinates.
+    occluded_ends : tuple of bool
+        Whether the body goes on there, unseen.
+    """
+
+    ends: Floats
+    occluded_ends: tuple[bool, bool]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SignalView:
+    """How much darker than the background a window of a picture is.
+
+    Attributes
+    ----------
+    window : Window
+        Where in the picture the rest lies.
+    signal, smooth : ndarray of uint8
+        Background minus picture in the window, as it is and without the noise of single pixels.
+    threshold : float
+        Of `smooth`: what lies above is object.
+    gain : float
+        The picture's brightness over the background's.
+    """
+
+    window: Window
+    signal: Picture
+    smooth: Picture
+    threshold: float
+    gain: float
+
+    @property
+    def origin(self) -> tuple[int, int]:
+        """(u, v) of the window's first pixel."""
+        return window_origin(self.window)
+
+    def in_window(self, points: Floats) -> Floats:
+        """Return points (n, 2) of the picture in the window's coordinates."""
+        return np.asarray(points - np.array(self.origin))
+
+    def in_picture(self, points: Floats) -> Floats:
+        """Return points (n, 2) of the window in the picture's coordinates."""
+        return np.asarray(points + np.array(self.origin))
+
+    def above_threshold(self) -> Picture:
+        """Return what stands out in the window; 0 or 255."""
+        _, above = cv2.threshold(self.smooth, self.threshold, 255, cv2.THRESH_BINARY)
+        return np.asarray(above, np.uint8)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Detection:
+    """The worm in one picture, and its surroundings.
+
+    Attributes
+    ----------
+    view : SignalView
+        The window that it was found in.
+    blob : Blob
+        The object that is the worm, in the picture's coordinates.
+    crowded : bool
+        Whether there are other objects, or the worm is larger than it was.
+    occlusion : Occlusion or None
+        Where a part of the worm is occluded; the view then shows it as it is supposed to be.
+    occluder : ndarray of uint8, or None
+        Not zero where glare leaves the body's width untold; None where there is none near it.
+    """
+
+    view: SignalView
+    blob: Blob
+    crowded: bool = False
+    occlusion: Occlusion | None = None
+    occluder: Picture | None = None
+
+    @property
+    def gain(self) -> float:
+        """The picture's brightness over the background's."""
+        return self.view.gain
+
+    def object_pixels(self) -> Picture:
+        """Return the object in its window, the holes of its loops open; 0 or 255."""
+        filled = draw_blob(self.blob, self.view.window)
+        return np.asarray(cv2.bitwise_and(filled, self.view.above_threshold()), np.uint8)
+
+    def centroid(self) -> tuple[float, float]:
+        """Return the centroid (u, v) of the object's pixels, in the picture."""
+        moments = cv2.moments(self.object_pixels(), binaryImage=True)
+        area = max(moments["m00"], 1.0)
+        u, v = moments["m10"] / area, moments["m01"] / area
+        return u + self.view.origin[0], v + self.view.origin[1]
+
+    def thickness(self) -> float:
+        """Return a first guess of the body's width, pixels, from the distance to the contour."""
+        return thickness(draw_blob(self.blob, self.view.window))
+
+    def is_occluder_at(self, points: Floats) -> Mask:
+        """Return at which points (n, 2) of the picture glare may hide the body's edges."""
+        if self.occluder is None:
+            return np.zeros(len(points), bool)
+        height, width = self.occluder.shape
+        u, v = np.rint(self.view.in_window(points)).astype(int).T
+        return np.asarray(self.occluder[v.clip(0, height - 1), u.clip(0, width - 1)] > 0)
+
+    def restricted_to(self, mask: Picture) -> "Detection | None":
+        """Return the largest object within a mask of the window; what is outside is no signal."""
+        view = self.view
+        smooth = np.asarray(cv2.bitwise_and(view.smooth, mask), np.uint8)
+        blobs = find_blobs(smooth, view.threshold, view.window)
+        if not blobs:
+            return None
+        wide = cv2.dilate(mask, np.ones((2 * _RIM_PX + 1, 2 * _RIM_PX + 1), np.uint8))
+        signal = np.asarray(cv2.bitwise_and(view.signal, wide), np.uint8)
+        return replace(self, view=replace(view, signal=signal, smooth=smooth), blob=blobs[0])
+
+    def cropped(self, margin_px: int) -> "Detection":
+        """Return what must be kept to look at the object later: a small window around it."""
+        rows, columns = self.view.window
+        u0, v0 = self.view.origin
+        window = window_around(self.blob.box, margin_px, (rows.stop, columns.stop))
+        rows = slice(max(window[0].start, v0), window[0].stop)
+        columns = slice(max(window[1].start, u0), window[1].stop)
+        part = np.s_[rows.start - v0 : rows.stop - v0, columns.start - u0 : columns.stop - u0]
+        signal, smooth = self.view.signal[part].copy(), self.view.smooth[part].copy()
+        view = replace(self.view, window=(rows, columns), signal=signal, smooth=smooth)
+        return replace(self, view=view, occluder=None)

@@ -1,0 +1,169 @@
+"""Frames that wait: coils for a frame that tells how they lay, all for the head to be decided."""
+
+from collections import Counter, deque
+from collections.abc import Iterable
+
+from worm_msgs_py.body import TrackedFrame
+from worm_msgs_py.status import Status
+from worm_tracker.detection.detection import Detection
+from worm_tracker.frame_state import PendingFrame, tracked_frame
+from worm_tracker.head_tail.identity import (
+    Exchange,
+    ExchangeKind,
+    HeadTail,
+    LinkDecision,
+    certainty,
+    certainty_before_link,
+)
+from worm_tracker.observation import Observation
+
+
+class FrameQueue:
+    """Links frames in their order, and gives each when its head need not wait any longer.
+
+    Parameters
+    ----------
+    head_tail : HeadTail
+    hold_back_frames : int
+        Most frames that wait.
+    px_per_mm : float
+        Scale of pictures without a chamber; NaN where it is not known.
+
+    Attributes
+    ----------
+    exchanges : list of Exchange
+        Each time that head and tail were exchanged, by the tracker or by an operator.
+    statuses : Counter
+        Frames given so far, by status.
+    """
+
+    def __init__(self, head_tail: HeadTail, hold_back_frames: int, px_per_mm: float) -> None:
+        self._head_tail = head_tail
+        self._hold_back_frames = hold_back_frames
+        self._px_per_mm = px_per_mm
+        self._coiled: deque[PendingFrame] = deque()
+        self._linked: deque[PendingFrame] = deque()
+        self._head_first: bool | None = None
+        self._home = ""
+        self.exchanges: list[Exchange] = []
+        self.statuses: Counter[Status] = Counter()
+
+    def __len__(self) -> int:
+        return len(self._linked) + len(self._coiled)
+
+    def coils(self) -> list[Detection]:
+        """Return what was kept of the coils that wait, the latest first."""
+        kept = (pending.observation.unresolved for pending in reversed(self._coiled))
+        return [detection for detection in kept if detection is not None]
+
+    def resolve(self, observations: Iterable[Observation]) -> None:
+        """Take what a later frame tells of the coils that wait, the latest first."""
+        for pending, observation in zip(reversed(self._coiled), observations, strict=False):
+            pending.observation = observation
+
+    def push(self, pending: PendingFrame) -> None:
+        """Take the next frame; a coil waits until `link_coils`, or the next that is none."""
+        if pending.observation.unresolved is not None:
+            self._coiled.append(pending)
+        else:
+            self.link_coils()
+            self._link(pending)
+
+    def link_coils(self) -> None:
+        """Link the coils that wait as they are now."""
+        self._link_oldest_coils(len(self._coiled))
+
+    def release(self) -> list[TrackedFrame]:
+        """Return the frames that need not wait any longer."""
+        over = len(self) - self._hold_back_frames
+        self._link_oldest_coils(min(len(self._coiled), over - len(self._linked)))
+        if self._head_tail.certain:
+            return self._give(len(self._linked))
+        free = 0
+        for pending in self._linked:
+            if pending.observation.has_midline:
+                break
+            free += 1
+        return self._give(max(free, min(over, len(self._linked))))
+
+    def finish(self) -> list[TrackedFrame]:
+        """Return all frames that wait; none comes after them."""
+        self.link_coils()
+        return self._give(len(self._linked))
+
+    def swap_head(self, next_frame: int, last_ns: int) -> Exchange | None:
+        """Exchange head and tail on an operator's word, for the frames that wait and all to come.
+
+        Parameters
+        ----------
+        next_frame, last_ns : int
+            Number of the frame to come, and stamp of the last one: where none waits.
+        """
+        if not self._head_tail.begun:
+            return None
+        self._head_tail.correct()
+        oldest = next(iter([*self._linked, *self._coiled]), None)
+        exchange = Exchange(
+            ExchangeKind.CORRECTION,
+            oldest.frame if oldest else next_frame,
+            oldest.stamp_ns if oldest else last_ns,
+            certainty(self._head_tail.log_odds),
+        )
+        self.exchanges.append(exchange)
+        self._head_first = None
+        return exchange
+
+    def _link_oldest_coils(self, count: int) -> None:
+        for _ in range(count):
+            self._link(self._coiled.popleft())
+
+    def _link(self, pending: PendingFrame) -> None:
+        """Link a frame to those before it."""
+        if pending.observation.has_midline:
+            linked = self._head_tail.push(pending.observation)
+            pending.observation, pending.reliability = linked.observation, linked.reliability
+            if linked.decision is not None:
+                self._revise(linked.decision)
+        else:
+            self._head_tail.miss()
+        self._linked.append(pending)
+
+    def _revise(self, decision: LinkDecision) -> None:
+        """Revise a link that was in doubt, as far as its frames wait: those given stay as told."""
+        after = len(self._linked) - decision.frames
+        if after >= 0 and decision.frames:
+            self._linked[after].reliability = decision.reliability
+        if not decision.was_reversed:
+            return
+        for k in range(max(after, 0), len(self._linked)):
+            self._linked[k].observation = self._linked[k].observation.reversed()
+        if after < 0 and self._head_first is not None:
+            self._head_first = not self._head_first
+
+    def _give(self, count: int) -> list[TrackedFrame]:
+        """Return the oldest frames with the head as it is known by now."""
+        if count <= 0:
+            return []
+        head_first = self._head_tail.log_odds >= 0
+        sure = certainty(self._head_tail.log_odds)
+        certainties = []
+        for pending in reversed(self._linked):
+            certainties.append(sure)
+            sure = certainty_before_link(sure, pending.reliability)
+        certainties.reverse()
+        return [
+            self._tracked(self._linked.popleft(), head_first, certainties[k]) for k in range(count)
+        ]
+
+    def _tracked(self, pending: PendingFrame, head_first: bool, sure: float) -> TrackedFrame:
+        """Return what is said of a frame, and count it."""
+        if pending.observation.has_midline:
+            if self._head_first is not None and head_first != self._head_first:
+                # A frame is given whose head is the end that was the tail before it.
+                swap = Exchange(ExchangeKind.SWAP, pending.frame, pending.stamp_ns, sure)
+                self.exchanges.append(swap)
+            self._head_first = head_first
+        tracked = tracked_frame(pending, head_first, sure, self._px_per_mm, self._home)
+        self._home = tracked.state.frame_id
+        self.statuses[pending.observation.status] += 1
+        return tracked

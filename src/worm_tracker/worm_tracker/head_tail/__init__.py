@@ -1,0 +1,1 @@
+"""Which end is the head: how midlines are linked, how the ends look, and what motion tells."""

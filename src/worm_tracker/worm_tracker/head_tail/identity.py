@@ -1,0 +1,350 @@
+"""Which end is the head: running log odds from how the body moves.
+
+Links between frames carry them on. A link that may be the wrong way round takes their certainty
+away; how the ends look, before and after, can give it back.
+"""
+
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from math import exp, log
+
+import numpy as np
+
+from worm_msgs_py.arrays import Floats
+from worm_tracker.head_tail.appearance import AppearanceModel, AppearanceSettings
+from worm_tracker.head_tail.link import BodyMotion, Chain, LinkSettings
+from worm_tracker.observation import Observation
+from worm_tracker.worm_track import WormTrack
+
+
+@dataclass(frozen=True, slots=True)
+class HeadTailSettings:
+    """How much each thing tells which end is the head, in log odds."""
+
+    log_odds_per_length_forward: float = 6.0
+    """Gained per body length of motion along the body: a worm moves head-first."""
+    most_step_lengths: float = 0.25
+    """Most that a single step counts for: a jump is an error, not a stride."""
+    most_log_odds: float = 12.0
+    """Cap, so that two lengths the other way undo any belief."""
+    most_activity_log_odds: float = 1.0
+    """Most that the activity of an end can add: the head swings more than the tail."""
+    activity_memory_frames: float = 100.0
+    """Memory of the activity; it counts after a quarter of that."""
+    most_appearance_log_odds: float = 1.0
+    """Most that the appearance of an end can add: it looks as the head did while it was certain."""
+    certain_log_odds: float = 3.0
+    """Beyond this (95 %) the head is taken as decided."""
+    least_corrected_log_odds: float = 0.01
+    """The least that an operator's correction still counts for, after links in doubt."""
+    doubtful_below_reliability: float = 0.99
+    """A link less reliable than this is decided by how the ends look, if they differ."""
+    deciding_frames: int = 15
+    """Frames after such a link whose mean appearance decides it."""
+    link: LinkSettings = field(default_factory=LinkSettings)
+    appearance: AppearanceSettings = field(default_factory=AppearanceSettings)
+
+
+HEAD_TAIL = HeadTailSettings()
+
+
+class ExchangeKind(StrEnum):
+    """Who exchanged head and tail."""
+
+    SWAP = "swap"
+    """The tracker: from here on it takes the other end for the head than it did before."""
+    CORRECTION = "correction"
+    """An operator."""
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """From one frame on, the end is the head that was the tail before.
+
+    Attributes
+    ----------
+    kind : ExchangeKind
+    frame, stamp_ns : int
+        The first frame to which it applies.
+    head_certainty : float
+        How sure the new head is at that frame, 0.5 to 1.
+    """
+
+    kind: ExchangeKind
+    frame: int
+    stamp_ns: int
+    head_certainty: float
+
+
+@dataclass(frozen=True, slots=True)
+class LinkDecision:
+    """What the appearance of the ends says of a link that was in doubt.
+
+    Attributes
+    ----------
+    frames : int
+        How many frames before this one it led to.
+    was_reversed : bool
+        Whether it was the wrong way round: what came after it is turned round.
+    reliability : float
+        Probability, 0.5 to 1, of that.
+    """
+
+    frames: int
+    was_reversed: bool
+    reliability: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Linked:
+    """An observation joined to those before it.
+
+    Attributes
+    ----------
+    observation : Observation
+        Its midline in the order of the chain, which is the same for all linked midlines.
+    reliability : float
+        Probability, 0.5 to 1, that the link to the one before is not the wrong way round.
+    decision : LinkDecision or None
+        On an earlier link, where this frame's appearance has decided it.
+    """
+
+    observation: Observation
+    reliability: float
+    decision: LinkDecision | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Doubt:
+    """A link that may be the wrong way round, and what has been seen since.
+
+    Attributes
+    ----------
+    before : float
+        Log odds before the link, in the order from before it.
+    same : float
+        Log odds that the order is the same after it, by where the body was.
+    worst : float
+        Reliability of the least reliable of the links in doubt.
+    frames : int
+        How many frames ago it was.
+    since : float
+        Log odds from motion after it, in the order from after it.
+    appearance : ndarray
+        Sum of the differences in looks seen after it.
+    looks : int
+        How many.
+    """
+
+    before: float
+    same: float
+    worst: float
+    frames: int = 0
+    since: float = 0.0
+    appearance: Floats = field(default_factory=lambda: np.zeros(1))
+    looks: int = 0
+
+    def over_link(self, reliability: float) -> "_Doubt":
+        """Return the doubt after a further link."""
+        worst, frames = self.worst, self.frames + 1
+        if reliability < worst:
+            worst, frames = reliability, 0
+        return replace(
+            self,
+            same=diluted(self.same, reliability),
+            since=diluted(self.since, reliability),
+            worst=worst,
+            frames=frames,
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Activity:
+    """How far each end swings sideways, squared pixels a frame, over the last frames."""
+
+    ends: Floats = field(default_factory=lambda: np.zeros(2))
+    frames: int = 0
+
+    def updated(self, ends: Floats, memory: float) -> "_Activity":
+        mean = self.ends + (ends - self.ends) / min(self.frames + 1.0, memory)
+        return _Activity(mean, self.frames + 1)
+
+    def log_odds(self, settings: HeadTailSettings) -> float:
+        """Return what the ends' activity tells of the first one being the head."""
+        if self.frames <= settings.activity_memory_frames / 4:
+            return 0.0
+        first, last = self.ends.tolist()
+        most = settings.most_activity_log_odds
+        return min(max(log((first + 1e-6) / (last + 1e-6)) / 2, -most), most)
+
+
+class HeadTail:
+    """Holds the belief which end of the chained midlines is the head.
+
+    Parameters
+    ----------
+    track : WormTrack
+        Which remembers the last midline.
+    settings : HeadTailSettings
+
+    Attributes
+    ----------
+    swaps : int
+        Times that a decision, once certain, was turned into its contrary.
+    """
+
+    def __init__(self, track: WormTrack, settings: HeadTailSettings = HEAD_TAIL) -> None:
+        self._settings = settings
+        self._chain = Chain(track, settings.link)
+        self._motion = 0.0
+        self._activity = _Activity()
+        self._body_looks = AppearanceModel(settings.appearance)
+        self._head_looks = AppearanceModel(settings.appearance)
+        self._doubt: _Doubt | None = None
+        self._decided = 0
+        self._corrected = False
+        self.swaps = 0
+
+    @property
+    def log_odds(self) -> float:
+        """Log odds that the first end is the head, from motion, activity and appearance.
+
+        Their sign is the decision.
+        """
+        return self._from_motion + self._from_appearance
+
+    @property
+    def _from_motion(self) -> float:
+        """Log odds from motion and activity."""
+        if self._corrected:
+            return self._motion
+        return self._motion + self._activity.log_odds(self._settings)
+
+    @property
+    def _from_appearance(self) -> float:
+        """Log odds from how the head looked while it was certain."""
+        few = self._body_looks.frames < self._settings.deciding_frames
+        if self._corrected or self._doubt is not None or few:
+            return 0.0
+        most = self._settings.most_appearance_log_odds
+        return min(max(self._head_looks.log_odds(self._body_looks.mean), -most), most)
+
+    @property
+    def begun(self) -> bool:
+        """Whether there is a body to speak of."""
+        return self._chain.begun
+
+    @property
+    def certain(self) -> bool:
+        """Whether the head is decided."""
+        return abs(self.log_odds) >= self._settings.certain_log_odds
+
+    def correct(self) -> None:
+        """Exchange head and tail on an operator's word, for good.
+
+        From now on motion and activity may confirm the head, after a link that left it in doubt,
+        but never exchange it again.
+        """
+        sign = -1.0 if self.log_odds >= 0 else 1.0
+        self._motion = sign * self._settings.most_log_odds
+        self._doubt = None
+        self._corrected = True
+        self._decided = int(sign)
+
+    def miss(self) -> None:
+        """Note a frame without a midline: the next link is less sure."""
+        self._chain.miss()
+        if self._doubt is not None:
+            self._doubt = replace(self._doubt, frames=self._doubt.frames + 1)
+
+    def push(self, observation: Observation) -> Linked:
+        """Join the next midline, which may be either way round, and weigh what it says."""
+        link = self._chain.push(observation)
+        seen, reliability = link.observation, link.reliability
+        self._cross(reliability)
+        if link.motion is not None:
+            self._add_motion(link.motion, 2 * reliability - 1)
+        decision = None if seen.appearance is None else self._add_appearance(seen.appearance)
+        if decision is not None and decision.was_reversed:
+            self._chain.reverse()
+            seen = seen.reversed()
+        self._note_swap()
+        return Linked(seen, reliability, decision)
+
+    def _cross(self, reliability: float) -> None:
+        """Take the belief over a link."""
+        if self._doubt is not None:
+            self._doubt = self._doubt.over_link(reliability)
+        elif reliability < self._settings.doubtful_below_reliability:
+            same = log(reliability / (1 - reliability))
+            self._doubt = _Doubt(self._motion, same, reliability)
+        self._motion = self._bounded(diluted(self._motion, reliability))
+
+    def _add_appearance(self, appearance: Floats) -> LinkDecision | None:
+        """Remember how the ends look, or tell by it which way round a link in doubt was."""
+        settings, doubt = self._settings, self._doubt
+        if doubt is None:
+            self._body_looks = self._body_looks.updated(appearance)
+            belief = self._from_motion
+            if abs(belief) >= settings.certain_log_odds:
+                head = appearance if belief > 0 else -appearance
+                self._head_looks = self._head_looks.updated(head)
+            return None
+        doubt = replace(doubt, appearance=doubt.appearance + appearance, looks=doubt.looks + 1)
+        same = doubt.same + self._body_looks.log_odds(doubt.appearance / doubt.looks)
+        self._motion = self._bounded(diluted(doubt.before, 1 / (1 + exp(-same))) + doubt.since)
+        self._doubt = doubt
+        if doubt.looks < settings.deciding_frames:
+            return None
+        self._doubt = None
+        if same < 0:  # back to the order from before the link
+            self._motion = self._bounded(diluted(doubt.before, certainty(same)) - doubt.since)
+            self._activity = replace(self._activity, ends=self._activity.ends[::-1].copy())
+        return LinkDecision(doubt.frames, same < 0, certainty(same))
+
+    def _add_motion(self, motion: BodyMotion, trust: float) -> None:
+        """Add what the motion between two midlines says, as far as their link is trusted."""
+        settings = self._settings
+        most = settings.most_step_lengths
+        part = min(max(motion.forward_lengths, -most), most)
+        told = trust * settings.log_odds_per_length_forward * part
+        if self._doubt is not None:
+            self._doubt = replace(self._doubt, since=self._doubt.since + told)
+        self._motion = self._bounded(self._motion + told)
+        memory = settings.activity_memory_frames
+        self._activity = self._activity.updated(motion.ends_sideways_px2, memory)
+
+    def _bounded(self, odds: float) -> float:
+        """Return log odds within their limits, on the side that an operator has chosen."""
+        high = self._settings.most_log_odds
+        low = -high
+        if self._corrected:
+            least = self._settings.least_corrected_log_odds
+            low, high = (least, high) if self._decided > 0 else (low, -least)
+        return min(max(odds, low), high)
+
+    def _note_swap(self) -> None:
+        if not self.certain:
+            return
+        sign = 1 if self.log_odds > 0 else -1
+        if self._decided == -sign:
+            self.swaps += 1
+        self._decided = sign
+
+
+def certainty(log_odds: float) -> float:
+    """Return the probability of the likelier way round, 0.5 to 1."""
+    return 1 / (1 + exp(-abs(log_odds)))
+
+
+def certainty_before_link(certainty_after: float, reliability: float) -> float:
+    """Return the certainty before a link from that after it."""
+    return certainty_after * reliability + (1 - certainty_after) * (1 - reliability)
+
+
+def diluted(log_odds: float, reliability: float) -> float:
+    """Return the log odds after a link that may be the wrong way round."""
+    if reliability == 1.0:
+        return log_odds
+    p = certainty_before_link(1 / (1 + exp(-log_odds)), reliability)
+    return log(p / (1 - p))

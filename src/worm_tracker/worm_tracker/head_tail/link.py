@@ -1,0 +1,192 @@
+"""Links midlines from frame to frame: which end is which, how surely, and how the body moved."""
+
+from dataclasses import dataclass, field
+from math import exp
+
+import numpy as np
+
+from worm_msgs_py.arrays import Floats
+from worm_tracker.midline.body_model import BodyModelSettings
+from worm_tracker.midline.curve import (
+    as_complex,
+    as_points,
+    complex_arc_length,
+    length_of,
+    tangents,
+)
+from worm_tracker.observation import Observation
+from worm_tracker.worm_track import WormTrack
+
+
+@dataclass(frozen=True, slots=True)
+class LinkSettings:
+    """How reliable a link is."""
+
+    point_step_sd_widths: float = 0.15
+    """Typical distance of a body's points from where they were a frame before."""
+    step_memory_frames: float = 30.0
+    """Memory of how far a body's points move in a frame."""
+    leap_over_farthest: float = 0.85
+    """Part of the farthest way of an end from which on it casts doubt on the link."""
+    leap_reliability: float = 0.75
+    """The most that a link with such a leap is trusted: the certainty falls, whatever it was."""
+    least_confidence: float = 0.8
+    """A body that explains the picture less well does not tell where the ends are."""
+    slid_below_reliability: float = 0.9999
+    """A link less reliable than this is looked at again, the body slid along itself."""
+    most_frames_of_motion: int = 3
+    """Frames between two midlines beyond which their difference is no motion."""
+    body: BodyModelSettings = field(default_factory=BodyModelSettings)
+
+
+LINK = LinkSettings()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BodyMotion:
+    """How a body moved between two midlines.
+
+    Attributes
+    ----------
+    forward_lengths : float
+        How far along itself, towards its first end, in lengths.
+    ends_sideways_px2 : ndarray, shape (2,)
+        Mean squared distance that the first, and the last, tenth moved sideways.
+    """
+
+    forward_lengths: float
+    ends_sideways_px2: Floats
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Link:
+    """An observation linked to those before it.
+
+    Attributes
+    ----------
+    observation : Observation
+        Its midline in the order of the chain, which is the same for all linked midlines.
+    reliability : float
+        Probability, 0.5 to 1, that the link to the one before is not the wrong way round.
+    motion : BodyMotion or None
+        Since the one before; None where that was too long ago.
+    """
+
+    observation: Observation
+    reliability: float
+    motion: BodyMotion | None
+
+
+class Chain:
+    """Puts each midline in the order of the ends of those before; the last is the track's.
+
+    Parameters
+    ----------
+    track : WormTrack
+    settings : LinkSettings
+    """
+
+    def __init__(self, track: WormTrack, settings: LinkSettings = LINK) -> None:
+        self._track = track
+        self._settings = settings
+        self._gap = 1
+        self._frames_unsure = 0
+        self._mean_step = 0.0
+        self._forward = 0.0
+
+    @property
+    def begun(self) -> bool:
+        """Whether there is a body to speak of."""
+        return self._track.linked is not None
+
+    def miss(self) -> None:
+        """Note a frame without a midline: the next link is less sure."""
+        self._gap += 1
+
+    def reverse(self) -> None:
+        """Turn the last midline round: it was linked the wrong way."""
+        if self._track.linked is not None:
+            self._track.link(self._track.linked[::-1])
+
+    def push(self, observation: Observation) -> Link:
+        """Link the next midline, which may be either way round."""
+        last = self._track.linked
+        if last is None:
+            self._track.link(observation.points)
+            return Link(observation, 1.0, None)
+        straight = _mean_distance(observation.points, last)
+        turned = _mean_distance(observation.points[::-1], last)
+        if turned < straight:
+            observation = observation.reversed()
+        points, width = observation.points, observation.width
+        near, far = sorted((straight, turned))
+        reliability = self._reliability(points, last, width, near, far)
+        if self._is_leap(points, last, width):
+            reliability = min(reliability, self._settings.leap_reliability)
+        motion = self._motion(points, last)
+        poor = observation.confidence < self._settings.least_confidence
+        self._frames_unsure = self._frames_unsure + self._gap if poor else 0
+        self._gap = 1
+        self._track.link(points)
+        return Link(observation, reliability, motion)
+
+    def _reliability(
+        self, points: Floats, last: Floats, width: float, near: float, far: float
+    ) -> float:
+        """Return the probability that the nearer of two ways round is the right one."""
+        settings = self._settings
+        frames = self._gap + self._frames_unsure
+        if frames == 1:
+            self._mean_step += (near - self._mean_step) / settings.step_memory_frames
+        # A body not seen for long may be anywhere. Where even the better way is far off, only the
+        # ratio of the two says anything.
+        gone = self._mean_step * (frames - 1)
+        sd = settings.point_step_sd_widths * width
+        reliability = _nearer_is_right(near, far, sd**2 * self._gap + gone**2)
+        if frames == 1 and reliability < settings.slid_below_reliability:
+            # In a coil the turns lie near each other: what counts is the way from where it slid to.
+            near = min(near, _mean_distance(points, _slid(last, self._forward)))
+            reliability = _nearer_is_right(near, far, sd**2)
+        return reliability
+
+    def _is_leap(self, points: Floats, last: Floats, width: float) -> bool:
+        """Tell whether an end is nearly farther from where it was than an end can have got."""
+        far = self._settings.body.most_end_step_px(width, length_of(last))
+        moved = np.abs(as_complex(points[[0, -1]]) - as_complex(last[[0, -1]]))
+        return float(moved.max()) > self._settings.leap_over_farthest * far * self._gap
+
+    def _motion(self, points: Floats, last: Floats) -> BodyMotion | None:
+        """Return how the body moved since the last midline."""
+        if self._gap > self._settings.most_frames_of_motion:
+            return None
+        line = as_complex(last)
+        # Along the tangent towards the first end, and sideways.
+        moved = (as_complex(points) - line) * -tangents(line).conj()
+        n = len(points)
+        self._forward = float(moved.real[n // 8 : n - n // 8].mean())
+        sideways = moved.imag
+        k = max(1, n // 10)
+        ends = np.array([sideways[:k] @ sideways[:k], sideways[-k:] @ sideways[-k:]]) / k
+        return BodyMotion(self._forward / length_of(last), ends)
+
+
+def _nearer_is_right(near: float, far: float, variance: float) -> float:
+    """Return the probability of the nearer of two ways, of mean distances in pixels."""
+    spread = variance + near**2
+    return float(1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0))))
+
+
+def _mean_distance(a: Floats, b: Floats) -> float:
+    """Return the mean distance of corresponding points."""
+    return float(np.abs(as_complex(a - b)).mean())
+
+
+def _slid(points: Floats, forward: float) -> Floats:
+    """Return a midline slid along itself by a length, towards its first end."""
+    line = as_complex(points)
+    s = complex_arc_length(line)
+    at = s - forward
+    slid = np.interp(at, s, line)
+    slid += np.minimum(at, 0.0) * (line[1] - line[0]) / max(s[1], 1e-9)
+    slid += np.maximum(at - s[-1], 0.0) * (line[-1] - line[-2]) / max(s[-1] - s[-2], 1e-9)
+    return as_points(slid)

@@ -1,0 +1,171 @@
+"""All that is remembered of the worm from frame to frame: where it lay, and its learned body."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from worm_msgs_py.arrays import Floats
+from worm_tracker.detection.blobs import Blob
+from worm_tracker.detection.detection import DetectionPrior
+from worm_tracker.midline.body_model import BodyModel
+from worm_tracker.midline.curve import transformed_points
+from worm_tracker.midline.path import BodyPath, path_of
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PropagatedBody:
+    """A body that was propagated from the frame before, rather than found by its contour.
+
+    Attributes
+    ----------
+    path : BodyPath
+        Where it lies, in the picture's coordinates and in the order of the last one.
+    agreement : float
+        Intersection over union of body and object, less what its kinks cost.
+    expected_agreement : float
+        What the next one should have: it falls slowly where this one had more.
+    """
+
+    path: BodyPath
+    agreement: float
+    expected_agreement: float
+
+    @property
+    def points(self) -> Floats:
+        """The midline, shape (TRACKED_POINTS, 2)."""
+        return self.path.points
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LastBodies:
+    """The worm's midline in the last two pictures; both in the same order of the ends.
+
+    Attributes
+    ----------
+    last, before : ndarray, shape (TRACKED_POINTS, 2), or None
+        In the last picture and in that before it; None where the body was not resolved.
+    propagated : PropagatedBody or None
+        The last one, where it was propagated.
+    """
+
+    last: Floats | None = None
+    before: Floats | None = None
+    propagated: PropagatedBody | None = None
+
+    def then(self, points: Floats | None, propagated: PropagatedBody | None) -> "LastBodies":
+        """Return the last two pictures' midlines, one picture later."""
+        return LastBodies(points, self.last, propagated)
+
+    def to_propagate(self, last: Floats, width: float, expected_agreement: float) -> PropagatedBody:
+        """Return the last body as one that can be propagated.
+
+        Parameters
+        ----------
+        last : ndarray, shape (TRACKED_POINTS, 2)
+            Its midline.
+        width : float
+            The worm's, pixels.
+        expected_agreement : float
+            What the next one should have where this one was found by its contour.
+        """
+        if self.propagated is not None:
+            return self.propagated
+        return PropagatedBody(path_of(last, self.before, width), 1.0, expected_agreement)
+
+    def transformed(self, motion: Floats) -> "LastBodies":
+        """Return the bodies where an affine map (2, 3) of the picture takes them."""
+        last, before = (
+            None if points is None else transformed_points(points, motion)
+            for points in (self.last, self.before)
+        )
+        propagated = self.propagated
+        if propagated is not None:
+            propagated = replace(propagated, path=propagated.path.transformed(motion))
+        return LastBodies(last, before, propagated)
+
+
+class WormTrack:
+    """Remembers the worm: where it lay in the last pictures, and what its body is like.
+
+    No other part of the tracker remembers a place in the picture that the worm was at; so that
+    `transform` is all that a bump of camera or chamber needs.
+
+    Attributes
+    ----------
+    model : BodyModel or None
+        What has been learned of its body.
+    blob : Blob or None
+        The object that it was in the last picture; None where it was not seen.
+    body : ndarray, shape (TRACKED_POINTS, 2), or None
+        Its last midline, as long as it has not been out of view.
+    bodies : LastBodies
+        Its midlines in the last two pictures.
+    linked : ndarray, shape (TRACKED_POINTS, 2), or None
+        The last midline of which the order of the ends has been settled.
+    frames_lost, frames_unresolved : int
+        Pictures since the worm was last seen, and without a midline although it was seen.
+    """
+
+    def __init__(self) -> None:
+        self.model: BodyModel | None = None
+        self.blob: Blob | None = None
+        self.body: Floats | None = None
+        self.bodies = LastBodies()
+        self.linked: Floats | None = None
+        self.frames_lost = 0
+        self.frames_unresolved = 0
+
+    @property
+    def prior(self) -> DetectionPrior:
+        """What is known of the worm before a picture is looked at."""
+        return DetectionPrior(self.model, self.blob, self.body)
+
+    @property
+    def contour(self) -> Floats | None:
+        """The worm's contour (u, v) in the last picture; None where it was not seen."""
+        return None if self.blob is None else np.asarray(self.blob.contour, np.float64)
+
+    def learn(self, model: BodyModel | None) -> None:
+        """Take what has been learned of the body; None where it was that of something else."""
+        self.model = model
+        if model is None:
+            self.body = None
+
+    def see(self, blob: Blob, points: Floats | None, propagated: PropagatedBody | None) -> None:
+        """Take a picture in which the worm was seen, and its midline if that was resolved."""
+        self.blob = blob
+        self.bodies = self.bodies.then(points, propagated)
+        self.frames_lost = 0
+        self.frames_unresolved = 0 if points is not None else self.frames_unresolved + 1
+        if points is not None:
+            self.body = points
+
+    def miss(self) -> None:
+        """Take a picture of the rig in which the worm was not seen."""
+        self.blob = self.body = None
+        self.bodies = self.bodies.then(None, None)
+        self.frames_lost += 1
+        self.frames_unresolved = 0
+
+    def skip(self) -> None:
+        """Take a picture that does not show the rig: the worm may be where it was."""
+        self.frames_lost += 1
+
+    def link(self, points: Floats) -> None:
+        """Take a midline, in the order of its ends that links it to those before."""
+        self.linked = points
+
+    def transform(self, motion: Floats) -> None:
+        """Take all of the worm along with a rig that has moved in the picture.
+
+        Parameters
+        ----------
+        motion : ndarray, shape (2, 3)
+            Affine map of old picture coordinates (u, v) to new ones.
+        """
+        self.blob = None if self.blob is None else self.blob.transformed(motion)
+        self.bodies = self.bodies.transformed(motion)
+        self.body, self.linked = (
+            None if points is None else transformed_points(points, motion)
+            for points in (self.body, self.linked)
+        )
