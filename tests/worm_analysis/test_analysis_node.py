@@ -1,5 +1,7 @@
 """The node: one message a state, whatever the order in which states, geometry and end come."""
 
+from dataclasses import replace
+
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.executors import SingleThreadedExecutor
@@ -14,7 +16,8 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import convert, topics
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Announcement, read_announcement
-from worm_msgs_py.qos import FLOW
+from worm_msgs_py.qos import FLOW, LATCHED_SET_DEPTH
+from worm_tracker.parameters import TrackerParameters
 from worm_tracker.source_node import drain
 
 ANALYSIS = [topic for topic in topics.RESULTS if topic.startswith("analysis/")]
@@ -101,6 +104,24 @@ def test_the_node_says_what_the_core_says(graph):
         convert.distribution_from_msg(msg).name for msg in got[topics.ANALYSIS_DISTRIBUTIONS][-11:]
     ]
     assert names == [item.name for item in analysis.distributions()]
+
+
+def test_the_estimates_of_all_states_that_wait_fit_into_the_latched_topics(graph):
+    """Of a picture in ten seconds, each state by itself would be due to bring estimates."""
+    surroundings, node, settle = graph
+    held = TrackerParameters().hold_back_frames
+    for state in STATES[:held]:
+        surroundings.send_state(replace(state, stamp_ns=state.frame * 10_000_000_000))
+    settle()
+    surroundings.send_geometry()
+    settle()
+    surroundings.send_end(held)
+    settle()
+    assert node.done
+    (said,) = (read_announcement(msg) for msg in surroundings.announced)
+    distributions = said.sent[topics.ANALYSIS_DISTRIBUTIONS]
+    assert 100 < distributions < LATCHED_SET_DEPTH
+    assert len(surroundings.got[topics.ANALYSIS_DISTRIBUTIONS]) == distributions
 
 
 def test_states_wait_for_the_geometry_that_they_rest_on(graph):

@@ -27,7 +27,7 @@ from worm_msgs_py import (
 )
 from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
-from worm_msgs_py.qos import FLOW
+from worm_msgs_py.qos import FLOW, LATCHED_SET_DEPTH
 from worm_msgs_py.worm_node import WormNode
 
 EVENTS = (
@@ -176,10 +176,8 @@ def test_the_recorder_is_done_when_it_holds_all_that_was_sent(graph):
 
 
 def test_a_burst_of_estimates_is_not_lost(graph):
-    """Of a film of a picture a second each of the held frames brings eight distributions."""
     recorder, sender, executor, _ = graph
-    burst = 8 * 512
-    for _ in range(burst):
+    for _ in range(LATCHED_SET_DEPTH):
         sender.results[topics.ANALYSIS_DISTRIBUTIONS].publish(Float64MultiArray())
     sender.send_frame(0)
     sender.end.publish(convert.count_to_msg(1))

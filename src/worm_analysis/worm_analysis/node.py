@@ -49,6 +49,10 @@ DESCRIPTIONS = {
 }
 """Of the node's parameters, which are the fields of `AnalysisParameters`, one for one."""
 
+FRAMES_BETWEEN_ESTIMATES = 16
+"""At least so many: of a film of a picture in ten seconds each frame would bring estimates, and the
+frames that the tracker has held back more at once than latched topics hold."""
+
 
 class AnalysisNode(WormNode):
     """Runs an `Analysis` on the graph.
@@ -74,6 +78,7 @@ class AnalysisNode(WormNode):
         "_events",
         "_last_ns",
         "_next_summary_ns",
+        "_next_summary_frame",
         "_ledger.sent",
     )
 
@@ -91,6 +96,7 @@ class AnalysisNode(WormNode):
         self._expected: int | None = None
         self._last_ns = 0
         self._next_summary_ns: int | None = None
+        self._next_summary_frame = 0
         self._done = False
         self._ledger = Ledger(self)
         self._out = {
@@ -163,14 +169,14 @@ class AnalysisNode(WormNode):
         self._out[topics.ANALYSIS_STATE].publish(convert.observables_to_msg(observables, before))
         self._publish_events(events)
         if self._next_summary_ns is None:
-            self._next_summary_ns = state.stamp_ns + self._interval_ns
-        elif state.stamp_ns >= self._next_summary_ns:
-            self._next_summary_ns = state.stamp_ns + self._interval_ns
+            self._postpone_estimates(state)
+        elif state.stamp_ns >= self._next_summary_ns and self._taken > self._next_summary_frame:
+            self._postpone_estimates(state)
             self._publish_estimates()
 
-    @property
-    def _interval_ns(self) -> int:
-        return round(self._settings.summary_interval_s * NS)
+    def _postpone_estimates(self, state: BodyState) -> None:
+        self._next_summary_ns = state.stamp_ns + round(self._settings.summary_interval_s * NS)
+        self._next_summary_frame = state.frame + FRAMES_BETWEEN_ESTIMATES
 
     def _publish_events(self, events: list[Any]) -> None:
         if events:

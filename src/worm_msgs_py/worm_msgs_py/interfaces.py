@@ -9,7 +9,7 @@ from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from worm_msgs_py import topics
-from worm_msgs_py.qos import LATCHED, RESULT
+from worm_msgs_py.qos import LATCHED, LATCHED_SET, RESULT
 
 RESULTS: dict[str, tuple[type, QoSProfile]] = {
     topics.CHAMBER: (MarkerArray, LATCHED),
@@ -22,7 +22,7 @@ RESULTS: dict[str, tuple[type, QoSProfile]] = {
     topics.ANALYSIS_STATE: (JointState, RESULT),
     topics.ANALYSIS_EVENTS: (DiagnosticArray, RESULT),
     topics.ANALYSIS_CORRELATION: (JointTrajectory, LATCHED),
-    topics.ANALYSIS_DISTRIBUTIONS: (Float64MultiArray, LATCHED),
+    topics.ANALYSIS_DISTRIBUTIONS: (Float64MultiArray, LATCHED_SET),
     topics.ANALYSIS_SUMMARY: (DiagnosticArray, LATCHED),
     topics.MODEL_FORECAST: (JointState, RESULT),
     topics.MODEL_COMPARISON: (JointState, LATCHED),

@@ -21,9 +21,16 @@ def _profile(
 RESULT = _profile(RESULT_DEPTH, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 """States, poses, events: nothing may be lost."""
 
-LATCHED = _profile(RESULT_DEPTH, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
-"""Geometry, correlation, distributions: a late subscriber gets the last ones. As deep as the
-others: of a slow film every state that was held back may bring estimates, all at once."""
+LATCHED = _profile(64, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+"""Geometry, correlation, summary: a late subscriber gets the last ones. DDS keeps them in memory."""
+
+LATCHED_SET_DEPTH = 256
+"""More than the distributions of all the states that the tracker may give at once."""
+
+LATCHED_SET = _profile(
+    LATCHED_SET_DEPTH, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL
+)
+"""Distributions: many small messages at a time."""
 
 IMAGE_REPLAY = _profile(16, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATILE)
 """Replayed pictures: deeper than the source's window of frames in flight."""
