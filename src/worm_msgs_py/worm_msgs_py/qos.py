@@ -22,7 +22,7 @@ RESULT = _profile(RESULT_DEPTH, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOL
 """States, poses, events: nothing may be lost."""
 
 LATCHED = _profile(64, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
-"""Geometry, correlation, summary: a late subscriber gets the last ones. DDS keeps them in memory."""
+"""Geometry, correlation, summary: a late subscriber gets the last ones; DDS keeps them all."""
 
 LATCHED_SET_DEPTH = 256
 """More than the distributions of all the states that the tracker may give at once."""
