@@ -15,7 +15,7 @@ from rich.progress import track
 from rich.table import Table
 
 from worm_analysis.analysis import Analysis
-from worm_bringup.tables import track_row
+from worm_analysis.results.tracks import track_row
 from worm_model.evaluation import ChamberCircle, Evaluation, evaluate, frame_table_of
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Geometry, TrackedFrame

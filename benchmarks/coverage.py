@@ -23,12 +23,14 @@ from rich.table import Table
 from scipy.stats import binomtest
 
 from benchmarks.known_worm import KnownWorm, R, Search, Try, film, life
-from worm_analysis.accumulators.direction_correlation import (
-    SignCorrelation,
-    fit_decay_time,
-    lag_grid,
-)
+from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
 from worm_analysis.analysis import Analysis
+from worm_analysis.statistics.block_jackknife import Units
+from worm_analysis.summary.direction_persistence import (
+    correlation_curve,
+    fit_decay_time,
+    persistence_time,
+)
 
 Floats = NDArray[np.float64]
 Answer = dict[str, tuple[float, float, float]]
@@ -176,9 +178,9 @@ def telegraph(rate: float = 0.5, duration_s: float = 2e5) -> tuple[float, float]
     signs = np.where(np.cumsum(flips) % 2, -1.0, 1.0)
     correlation = SignCorrelation(lag_grid(120.0, 10.0, CELL_S, 1.0), CELL_S)
     correlation.add(np.arange(n) * round(CELL_S * 1e9), signs)
-    c, _ = correlation.curve()
-    t_per = correlation.persistence_time(10).value
-    assert t_per is not None
+    units = Units([correlation.sums()["c_theta"]])
+    c, _ = correlation_curve(units)
+    t_per, _, _ = persistence_time(units, correlation.lag_s)
     worst = float(np.abs(c - np.exp(-2 * rate * correlation.lag_s)).max())
     return worst, t_per * 2 * rate - 1
 

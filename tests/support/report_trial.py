@@ -159,6 +159,7 @@ def record(
     recording.trial.frames_read = len(trial)
     recording.trial.geometry = geometry
     recording.trial.quantities = tuple(analysis.summary())
+    recording.trial.sums = analysis.sums()
     recording.trial.correlation = analysis.correlation()
     recording.trial.comparison = comparison
     recording.trial.model_correlation = model_correlation

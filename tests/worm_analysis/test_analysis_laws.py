@@ -18,6 +18,9 @@ from walked_tracks import (
 from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
 from worm_analysis.analysis import Analysis
 from worm_analysis.parameters import AnalysisParameters
+from worm_analysis.statistics.block_jackknife import Units
+from worm_analysis.summary.direction_persistence import correlation as correlation_with_error
+from worm_analysis.summary.direction_persistence import correlation_curve, persistence_time
 from worm_msgs_py import BodyState, Episode, EpisodeKind, Geometry, Status, Where
 
 NS = 10**9
@@ -59,7 +62,7 @@ def test_a_worm_that_circles_at_constant_speed(speed):
     assert found["v_b"].value == pytest.approx(abs(speed) * 1e3)
     assert found["contact_fraction"].value == 1.0
     assert found["reversal_rate"].value == 0.0
-    directed_s = analysis._search.frames.total("directed_s")
+    directed_s = analysis.sums()["reversal_rate"].sum(axis=0)[0]
     assert directed_s == pytest.approx(198.95), "200 s, without 1 s before the first direction"
     assert found["t_per"].value is None
     assert "does not decay" in found["t_per"].why
@@ -157,13 +160,14 @@ def test_the_correlation_of_a_telegraph_process_is_exponential():
     signs = np.where(np.cumsum(flips) % 2, -1.0, 1.0)
     correlation = SignCorrelation(lag_grid(10, 10, step_s, 1.0), step_s)
     correlation.add(np.arange(n) * (NS // 10), signs)
-    result = correlation.result(10)
+    units = Units([correlation.sums()["c_theta"]])
+    value, low, high = persistence_time(units, correlation.lag_s)
+    result = correlation_with_error(units, correlation.lag_s, value)
     truth = np.exp(-2 * rate * result.lag_s)
     np.testing.assert_allclose(result.c, truth, atol=0.02)
     assert np.mean(np.abs(result.c - truth) < 2 * result.error) > 0.8
-    t_per = correlation.persistence_time(10)
-    assert t_per.value == pytest.approx(1 / (2 * rate), rel=0.02)
-    assert t_per.low < 1 / (2 * rate) < t_per.high
+    assert value == pytest.approx(1 / (2 * rate), rel=0.02)
+    assert low < 1 / (2 * rate) < high
 
 
 def test_pairs_are_not_made_over_a_break():
@@ -172,7 +176,7 @@ def test_pairs_are_not_made_over_a_break():
     correlation.add(cells, np.ones(10))
     correlation.break_off()
     correlation.add(cells + NS, -np.ones(10))
-    c, pairs = correlation.curve()
+    c, pairs = correlation_curve(Units([correlation.sums()["c_theta"]]))
     np.testing.assert_array_equal(pairs, [max(0, 2 * (10 - lag)) for lag in range(21)])
     np.testing.assert_array_equal(c[:10], 1.0)
 

@@ -255,4 +255,4 @@ def test_success_and_beta_need_enough_attempts_and_then_have_intervals():
     assert found["failures_of_unknown_phase"].value == 1.0, "the length does not change"
     assert found["beta"].paper == 0.50, "W = 1 mm"
     assert found["tau_h"].value is None
-    assert "1 findings" in found["tau_h"].why
+    assert "1 finding" in found["tau_h"].why

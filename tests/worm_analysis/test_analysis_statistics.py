@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from worm_analysis.accumulators.episode_sums import EpisodeSums
 from worm_analysis.events.contacts import ClosedEpisode
-from worm_analysis.statistics.block_jackknife import BlockSums, jackknife_half_width
+from worm_analysis.statistics.block_jackknife import BlockSums, Units, jackknife_half_width
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
 from worm_analysis.statistics.estimators import (
     exponential_mean,
@@ -23,7 +23,8 @@ from worm_analysis.statistics.goodness_of_fit import exponential_p, grouped, p_o
 from worm_analysis.statistics.penetration_law import fit_penetration
 from worm_analysis.statistics.running_median import RunningMedian
 from worm_analysis.statistics.sample_correlation import pearson
-from worm_analysis.summary.episode_quantities import mean_above
+from worm_analysis.summary.estimates import length as exponential_length
+from worm_analysis.summary.sums import Sums
 from worm_msgs_py import Episode, EpisodeKind
 
 NS = 10**9
@@ -232,7 +233,7 @@ def test_the_interval_of_a_mean_allows_for_a_worm_that_changes():
             sums.push(length, complete=True)
             blocks.push(k * 1_800_000_000, length, complete=True)
         n, excess, _ = sums.above(0.0)
-        _, low, high = mean_above(sums, blocks, 0.0)
+        _, low, high = exponential_length("tau_h")(Sums([{"tau_h": blocks.rows(0.0)}]))
         hits += low < 2e-3 < high
         _, low, high = exponential_mean(n, excess)
         narrow += low < 2e-3 < high
@@ -249,7 +250,7 @@ def test_pearson_from_sums_is_numpys(seed):
     rows = np.stack([np.ones(300), x, y, x * x, y * y, x * y], axis=1)
     for step, row in enumerate(rows):
         blocks.row(step * NS)[:] += row
-    r, low, high = pearson(blocks, list(range(6)))
+    r, low, high = pearson(Units([blocks.rows()]))
     assert r == pytest.approx(np.corrcoef(x, y)[0, 1], abs=1e-9)
     assert low < r < high
 
@@ -264,7 +265,7 @@ def test_the_interval_of_a_correlation_of_slow_series_is_honest():
         rows = np.stack([np.ones(2000), x, y, x * x, y * y, x * y], axis=1)
         columns = np.tile(np.arange(6), (2000, 1))
         blocks.add(np.arange(2000) * NS, columns, rows)
-        _, low, high = pearson(blocks, list(range(6)))
+        _, low, high = pearson(Units([blocks.rows()]))
         hits += low < 0 < high
     assert hits >= 90
 
@@ -273,7 +274,7 @@ def test_a_series_that_does_not_vary_has_no_correlation():
     blocks = BlockSums(6)
     for step in range(100):
         blocks.row(step * NS)[:] += (1.0, 0.3, step, 0.09, step**2, 0.3 * step)
-    assert np.isnan(pearson(blocks, list(range(6)))[0])
+    assert np.isnan(pearson(Units([blocks.rows()]))[0])
 
 
 @given(
@@ -295,8 +296,7 @@ def test_sums_do_not_depend_on_how_frames_are_bunched(intervals_s, at_once, seed
     for start in range(0, len(stamps), at_once):
         part = slice(start, start + at_once)
         many.add(stamps[part], columns[part], values[part])
-    assert one.total().tobytes() == many.total().tobytes()
-    assert [rows.tobytes() for rows in one.levels()] == [rows.tobytes() for rows in many.levels()]
+    assert one.rows().tobytes() == many.rows().tobytes()
 
 
 def test_a_peak_lies_between_bins_and_an_end_is_no_peak():
@@ -336,9 +336,10 @@ def test_block_sums_add_up_however_long_the_trial(intervals_s):
     stamps = np.cumsum(np.array(intervals_s) * NS).astype(np.int64)
     for stamp in stamps.tolist():
         blocks.row(stamp)[:] += (1.0, 3.0)
-    np.testing.assert_array_equal(blocks.total(), [len(stamps), 3 * len(stamps)])
-    for rows in blocks.levels():
-        assert len(rows) <= 128
+    units = Units([blocks.rows()])
+    np.testing.assert_array_equal(units.total(), [len(stamps), 3 * len(stamps)])
+    for rows in units.levels():
+        assert len(rows) <= 64
         assert rows.sum() == 4 * len(stamps)
 
 
@@ -351,6 +352,6 @@ def test_the_interval_of_a_mean_of_a_correlated_series_is_honest():
         blocks = BlockSums(2)
         for step, value in enumerate(series.tolist()):
             blocks.row(step * NS)[:] += (value, 1.0)
-        half = jackknife_half_width(blocks, lambda sums: sums[:, 0] / sums[:, 1])
+        half = jackknife_half_width(Units([blocks.rows()]), lambda sums: sums[:, 0] / sums[:, 1])
         hits += abs(series.mean()) < half
     assert hits >= 90

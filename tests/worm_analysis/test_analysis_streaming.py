@@ -13,6 +13,10 @@ from worm_analysis.accumulators.contact_sensitivity import ContactRule
 from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
 from worm_analysis.accumulators.frame_rows import FrameRows
 from worm_analysis.analysis import Analysis
+from worm_analysis.statistics.block_jackknife import Units
+from worm_analysis.summary.direction_persistence import correlation_curve
+from worm_analysis.summary.estimates import correlation_of, direction
+from worm_analysis.summary.sums import Sums
 from worm_msgs_py import Episode, EpisodeKind, Visit
 
 seeds = st.integers(0, 2**32 - 1)
@@ -76,11 +80,12 @@ def test_correlation_and_speed_law_equal_the_plain_computation(seed, hops):
     result = analysis.correlation()
     np.testing.assert_array_equal(result.pairs, pairs)
     np.testing.assert_allclose(result.c, c, atol=1e-9)
-    windows, law = offline.windows(), analysis._search.speed_law
-    assert law.windows == len(windows)
+    windows = offline.windows()
+    n, along, square = analysis.sums()["v_w"].sum(axis=0) if len(windows) else (0, 0, 0)
+    assert n == len(windows)
     if len(windows):
         v, s = windows.T
-        assert law.speed()[0] == pytest.approx((v @ s) / (s @ s), abs=1e-9)
+        assert along / square == pytest.approx((v @ s) / (s @ s), abs=1e-9)
 
 
 @settings(max_examples=25)
@@ -88,27 +93,26 @@ def test_correlation_and_speed_law_equal_the_plain_computation(seed, hops):
 def test_what_goes_with_the_speed_equals_the_plain_computation(seed):
     track = rough_track(seed, hops=seed % 2 == 0)
     offline, (analysis, _, _) = Offline(track), run(track)
-    search = analysis._search
+    sums = Sums([analysis.sums()])
     rows = np.isfinite(offline.theta_dot) & np.isfinite(offline.psi_b)
-    assert search.frames.total("pairs") == rows.sum()
+    assert sums.total("theta_dot_psi_b")[0] == rows.sum()
     if rows.sum() > 2:
         r = np.corrcoef(offline.theta_dot[rows], offline.psi_b[rows])[0, 1]
-        assert search.frames.correlation()[0] == pytest.approx(r, abs=1e-9)
+        assert correlation_of("theta_dot_psi_b")(sums)[0] == pytest.approx(r, abs=1e-9)
     pairs = offline.collisions()
-    assert search.collisions.n == len(pairs)
+    assert sums.total("theta_dot_incidence")[0] == len(pairs)
     if len(pairs) > 2:
         r = np.corrcoef(pairs.T)[0, 1]
-        assert search.collisions.correlation()[0] == pytest.approx(r, abs=1e-9)
+        assert correlation_of("theta_dot_incidence")(sums)[0] == pytest.approx(r, abs=1e-9)
     turns, directed_s = offline.turns()
-    assert search.frames.total("turns_back") == turns
-    assert search.frames.total("directed_s") == pytest.approx(directed_s, abs=1e-9)
+    assert sums.total("reversal_rate") == pytest.approx([directed_s, turns], abs=1e-9)
     v = R * offline.theta_dot[np.isfinite(offline.theta_dot)]
-    assert search.frames.total("speed") == pytest.approx(np.abs(v).sum(), abs=1e-9)
-    assert search.frames.total("velocity") == pytest.approx(v.sum(), abs=1e-9)
+    assert sums.total("v_b")[1] == pytest.approx(np.abs(v).sum(), abs=1e-9)
+    assert sums.total("v_b_mean")[1] == pytest.approx(v.sum(), abs=1e-9)
     if rows.any():
         psi = offline.psi_b[offline.valid]
         mean = np.angle(np.nansum(np.exp(1j * psi)))
-        assert search.frames.mean_body_angle()[0] == pytest.approx(mean, abs=1e-9)
+        assert direction("psi_b_mean")(sums)[0] == pytest.approx(mean, abs=1e-9)
 
 
 @settings(max_examples=12)
@@ -140,7 +144,7 @@ def test_lengths_under_every_rule_of_contact_equal_the_plain_computation(seed, a
 def test_skips_and_what_is_left_out_equal_the_plain_computation(seed):
     track = rough_track(seed, 1000, hops=True)
     offline, (analysis, _, events) = Offline(track), run(track)
-    assert analysis._whereabouts.skips == offline.skips()
+    assert analysis._position.skips == offline.skips()
     assert sum(e.skips for e in events if isinstance(e, Visit)) == offline.skips()
     found = {quantity.name: quantity for quantity in analysis.summary()}
     tracked = np.isfinite(track.head[:, 0])
@@ -214,7 +218,7 @@ def test_the_ring_of_past_signs_equals_the_plain_double_sum(steps):
         seen.append((cell, sign, stretch))
         waiting.append((cell, sign))
     hand_on()
-    c, pairs = correlation.curve()
+    c, pairs = correlation_curve(Units([correlation.sums()["c_theta"]]))
     for k, lag in enumerate(lags):
         products = [
             one * other

@@ -8,11 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from report_trial import CHAMBER, record, states, telegraph_walk, without_chamber
 
-from worm_analysis.pooling.trial_sums import ANGLE_EDGES_DEG, RADIUS_EDGES
+from worm_analysis.accumulators.bins import RADIUS_EDGES
 from worm_analysis.report import theme
-from worm_analysis.report.evidence import of_trial
 from worm_analysis.report.examples import example_spans, reversals
-from worm_analysis.report.figures.body_angle import angle_density, body_angle
+from worm_analysis.report.figures.body_angle import ANGLE_EDGES_DEG, angle_density, body_angle
 from worm_analysis.report.figures.direction_correlation import persistence
 from worm_analysis.report.figures.model_comparison import model_comparison
 from worm_analysis.report.figures.picture_motion import picture_motion, picture_trajectories, speed
@@ -25,6 +24,7 @@ from worm_analysis.report.figures.wall_distances import (
     length_density,
     wall_distances,
 )
+from worm_analysis.report.report_data import of_trial
 from worm_analysis.results import read_results
 
 angles = st.lists(st.floats(-179.99, 179.99), min_size=1, max_size=60)

@@ -69,7 +69,8 @@ def changed_summary(whole, directory, change):
 def test_report_is_one_file_in_the_results_directory(whole, page):
     assert (whole / "report.html").read_text(encoding="utf-8") == page
     assert sorted(item.name for item in whole.iterdir()) == [
-        "contacts.parquet", "passages.parquet", "report.html", "summary.json", "tracks.parquet",
+        "contacts.parquet", "passages.parquet", "report.html", "summary.json", "sums.parquet",
+        "tracks.parquet",
     ]  # fmt: skip
 
 

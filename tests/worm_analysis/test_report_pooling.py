@@ -9,15 +9,14 @@ from escaping_worm import LEAN, Worm
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_analysis.pooling import Pool, group_width_mm, trial_sums
-from worm_analysis.pooling.estimates import BY_EVENTS, BY_TRIALS, pooled_quantities, pooled_quantity
-from worm_analysis.pooling.pool import PAPER_WIDTHS_MM
-from worm_analysis.report.evidence import of_pool, of_trial
+from worm_analysis.pooling import Pool, group_width_mm, pooled_trial
+from worm_analysis.pooling.pool import BY_TRIALS, NO_INTERVAL, WITHIN_TRIALS
+from worm_analysis.report.report_data import of_pool, of_trial
 from worm_analysis.results import ReportError, read_results
+from worm_analysis.statistics import block_jackknife
+from worm_msgs_py.paper import EXIT_WIDTHS_MM
 
 WIDTHS = (1.0, 1.0, 1.0, 3.0, 3.0, 3.0)
-NEARLY = ("d_c", "d_nc", "delta_r_h", "v_w", "theta_dot_incidence_correlation")
-"""What a table of rounded episodes gives nearly as the frames did."""
 DURATIONS_S = (500.0, 200.0, 300.0, 500.0, 300.0, 200.0)
 
 
@@ -33,7 +32,7 @@ def results(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def trials(results):
-    return [trial_sums(item, f"worm {k}", f"{k}") for k, item in enumerate(results)]
+    return [pooled_trial(item, f"worm {k}", f"{k}") for k, item in enumerate(results)]
 
 
 @pytest.fixture(scope="module")
@@ -42,21 +41,30 @@ def pooled(trials):
 
 
 def numbers(pool):
-    return {pooled.quantity.name: pooled for pooled in pooled_quantities(pool)}
+    return pool.numbers
 
 
-def test_a_pool_of_one_trial_has_the_trials_own_numbers(results, trials):
-    """Those that frames and pixels are allowed for agree to a percent, all others exactly."""
-    pooled = numbers(Pool.of(trials[:1]))
+def test_a_pool_of_one_trial_has_the_trials_own_numbers_and_intervals(results, trials):
+    for trial, own in zip(trials[:3], results[:3], strict=True):
+        pool = Pool.of([trial])
+        assert list(pool.numbers) == [quantity.name for quantity in own.quantities]
+        for quantity in own.quantities:
+            assert pool.numbers[quantity.name].quantity == quantity, quantity.name
+
+
+def test_no_interval_is_narrower_than_its_trials_alone_allow(trials, monkeypatch):
+    """Trials left out in turn widen what blocks of time and counts give, and never narrow it."""
+    pool = Pool.of(trials)
+    by_trials = numbers(pool)
+    monkeypatch.setattr(block_jackknife, "FEWEST_TRIALS", 100)
     told = 0
-    for name, found in pooled.items():
-        own = results[0].quantity(name)
-        if own.value is None or found.quantity.value is None:
-            continue
-        close = {"rel": 0.02 if name in NEARLY else 2e-3}
-        assert found.quantity.value == pytest.approx(own.value, **close), name
-        told += 1
-    assert told > 12
+    for name, within in numbers(Pool(pool.trials, pool.width_mm)).items():
+        item, alike = by_trials[name], within.quantity
+        if item.by == BY_TRIALS and None not in (item.quantity.low, alike.low, alike.high):
+            assert item.quantity.low <= alike.low
+            assert item.quantity.high >= alike.high
+            told += 1
+    assert told > 20
 
 
 def test_pooled_fractions_and_means_are_of_all_events_not_of_the_trials_means(results, pooled):
@@ -105,27 +113,46 @@ def test_the_order_of_the_trials_does_not_matter(trials):
 def test_mirrored_trials_turn_the_other_way_and_have_the_same_law(tmp_path, trials):
     worm = Worm(exit_width_mm=WIDTHS[1], seed=21)
     mirrored = read_results(escaped_trial(tmp_path / "mirror", worm, DURATIONS_S[1], mirrored=True))
-    here, there = numbers(Pool.of([trials[1]])), numbers(Pool.of([trial_sums(mirrored)]))
+    here, there = numbers(Pool.of([trials[1]])), numbers(Pool.of([pooled_trial(mirrored)]))
     for name in ("d_c", "v_w", "v_b", "success", "theta_dot_psi_b_correlation"):
         if here[name].quantity.value is not None:
             assert there[name].quantity.value == pytest.approx(here[name].quantity.value, rel=0.02)
     np.testing.assert_allclose(
-        np.sort(trial_sums(mirrored).events["theta_h0"]),
-        np.sort(-trials[1].events["theta_h0"]),
+        np.sort(pooled_trial(mirrored).points["theta_h0"]),
+        np.sort(-trials[1].points["theta_h0"]),
         atol=1e-6,
     )
 
 
-def test_five_trials_are_drawn_again_and_fewer_rest_on_their_events(trials):
-    assert pooled_quantity(Pool.of(trials[:5]), "d_c").by == BY_TRIALS
-    assert pooled_quantity(Pool.of(trials[:4]), "d_c").by == BY_EVENTS
+def test_five_trials_are_left_out_in_turn_and_fewer_rest_on_their_blocks(trials):
+    assert Pool.of(trials[:5]).numbers["d_c"].by == BY_TRIALS
+    assert Pool.of(trials[:4]).numbers["d_c"].by == WITHIN_TRIALS
+    assert Pool.of(trials[:4]).numbers["frames_untracked"].by == NO_INTERVAL
 
 
-def test_trials_that_are_all_alike_have_no_spread_and_others_do(trials, pooled):
-    alike = Pool.of([replace(trials[0], provenance={}) for _ in range(6)])
-    same, other = pooled_quantity(alike, "v_b").quantity, pooled["v_b"].quantity
-    assert same.high - same.low == pytest.approx(0, abs=1e-9)
-    assert other.low < other.value < other.high
+def test_trials_that_are_all_alike_are_as_one_long_trial(trials):
+    """Their numbers are as sure as one trial of six times the length, and no surer."""
+    one = Pool.of([trials[0]]).numbers
+    alike = Pool.of([replace(trials[0], provenance={}) for _ in range(6)]).numbers
+    for name in ("v_b", "v_w", "d_c", "tau_h", "contact_fraction"):
+        same, own = alike[name].quantity, one[name].quantity
+        assert same.value == pytest.approx(own.value)
+        ratio = (same.high - same.low) / (own.high - own.low)
+        assert 0.2 < ratio < 0.6, name  # 1/√6 with some play of Student's law
+
+
+def test_trials_that_differ_have_a_wider_interval_than_their_blocks(trials):
+    """The same trials, but every other one twice as fast."""
+
+    def faster(trial):
+        sums = dict(trial.sums)
+        sums["v_b"] = sums["v_b"] * [1.0, 2.0]
+        return replace(trial, sums=sums, provenance={})
+
+    plain = Pool.of([replace(trial, provenance={}) for trial in trials])
+    mixed = Pool.of([faster(t) if k % 2 else t for k, t in enumerate(plain.trials)])
+    widths = [q.high - q.low for q in (p.numbers["v_b"].quantity for p in (plain, mixed))]
+    assert widths[1] > 3 * widths[0]
 
 
 def test_each_width_is_a_pool_of_its_own(trials, pooled):
@@ -137,9 +164,9 @@ def test_each_width_is_a_pool_of_its_own(trials, pooled):
     assert whole["beta"].quantity.paper is None
 
 
-@given(st.sampled_from(PAPER_WIDTHS_MM), st.floats(-0.149, 0.149))
+@given(st.sampled_from(EXIT_WIDTHS_MM), st.floats(-0.149, 0.149))
 def test_a_width_near_one_of_the_papers_is_taken_for_it(width_mm, off):
-    assert group_width_mm(width_mm * (1 + off)) in PAPER_WIDTHS_MM
+    assert group_width_mm(width_mm * (1 + off)) in EXIT_WIDTHS_MM
     assert group_width_mm(width_mm * (1 + off / 3)) == width_mm
 
 

@@ -104,7 +104,8 @@ def test_the_files_are_those_of_a_replay_without_the_bag(worm_and_report, tmp_pa
     table = write_table(tmp_path / "worm.parquet", columns)
     assert worm_and_report(table, "--out", tmp_path / "out", "--exit-width-mm", 2)[0] == 0
     assert {item.name for item in (tmp_path / "out").iterdir()} == {
-        "tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json", "report.html",
+        "tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet",
+        "summary.json", "report.html",
     }  # fmt: skip
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Table of tracks" in page
@@ -115,7 +116,7 @@ def test_csv_and_parquet_give_the_same_bytes(worm, tmp_path, columns):
     for suffix in ("csv", "parquet"):
         table = write_table(tmp_path / f"worm.{suffix}", columns)
         assert worm(table, "--out", tmp_path / suffix, "--exit-width-mm", 2)[0] == 0
-    for name in ("tracks.parquet", "contacts.parquet", "passages.parquet"):
+    for name in ("tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet"):
         first, second = ((tmp_path / suffix / name).read_bytes() for suffix in ("csv", "parquet"))
         assert first == second, name
 

@@ -75,7 +75,7 @@ def test_a_replay_of_what_was_recorded_live_gives_the_same_tracks(tmp_path):
             status=1,  # the camera was lost at the end
         )  # fmt: skip
     worm("replay", tmp_path / "record", "--out", tmp_path / "again")
-    tables = ("tracks.parquet", "contacts.parquet", "passages.parquet")
+    tables = ("tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet")
     for name in tables:
         live, again = ((tmp_path / run / name).read_bytes() for run in ("live", "again"))
         assert live == again, name

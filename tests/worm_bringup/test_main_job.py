@@ -12,10 +12,13 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from worm_bringup.tables import CONTACTS, PASSAGES, TRACKS
+from worm_analysis.results import contacts, passages, tracks
 
 BAGS = Path(__file__).parents[2] / "bags"
-FILES = {"tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json", "report.html"}
+FILES = {
+    "tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet", "summary.json",
+    "report.html",
+}  # fmt: skip
 
 # One worker for all of them: they share the two long runs.
 pytestmark = pytest.mark.xdist_group("main job")
@@ -59,17 +62,17 @@ def columns(path):
     }
 
 
-def distance(tracks, truth, point, of=None):
+def distance(table, truth, point, of=None):
     return np.hypot(
-        tracks[f"{point}_u_px"] - truth[f"{of or point}_u_px"],
-        tracks[f"{point}_v_px"] - truth[f"{of or point}_v_px"],
+        table[f"{point}_u_px"] - truth[f"{of or point}_u_px"],
+        table[f"{point}_v_px"] - truth[f"{of or point}_v_px"],
     )
 
 
 def test_replay_writes_the_files_and_columns_of_the_contract(larva):
     assert {item.name for item in larva.iterdir()} == FILES | {"bag"}
-    for name, schema in [("tracks", TRACKS), ("contacts", CONTACTS), ("passages", PASSAGES)]:
-        assert pq.read_schema(larva / f"{name}.parquet").equals(schema)
+    for name, table in [("tracks", tracks), ("contacts", contacts), ("passages", passages)]:
+        assert pq.read_schema(larva / f"{name}.parquet").equals(table.SCHEMA)
 
 
 def test_every_frame_of_the_bag_has_a_row(larva):

@@ -9,9 +9,9 @@ from rclpy.parameter import Parameter
 from rosbags.rosbag2 import Reader
 from std_msgs.msg import Float64MultiArray, UInt64
 
+from worm_analysis.results.tracks import SCHEMA as TRACKS
 from worm_bringup.recorder_node import RecorderNode
 from worm_bringup.recording import Recording
-from worm_bringup.tables import TRACKS
 from worm_msgs_py import (
     Attempt,
     BodyState,

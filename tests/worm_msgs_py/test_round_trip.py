@@ -292,3 +292,13 @@ def test_markers_leave_the_exit_open_and_draw_the_wall_in_metres():
     assert np.hypot(*points.T) == pytest.approx(0.01)
     assert abs(points[0, 1] - points[-1, 1]) == pytest.approx(2e-3)
     assert marker.header.frame_id == "chamber_a"
+
+
+@given(st.integers(1, 5), st.integers(1, 7), st.text("abc_.", min_size=1), st.data())
+def test_sums_survive_the_wire(blocks, columns, name, data):
+    sums = np.array(
+        data.draw(st.lists(finite, min_size=blocks * columns, max_size=blocks * columns))
+    )
+    back, rows = c.sums_from_msg(over_the_wire(c.sums_to_msg(name, sums.reshape(blocks, columns))))
+    assert back == name
+    np.testing.assert_array_equal(rows, sums.reshape(blocks, columns))

@@ -1,10 +1,10 @@
 """The whole analysis of a trial: one pass over the tracker's states, in bounded memory."""
 
-from dataclasses import replace
 from math import nan
 
 from worm_analysis.accumulators.body_size import BodySums
-from worm_analysis.accumulators.exclusions import STALE, UNCERTAIN, UNTRACKED, LeftOut
+from worm_analysis.accumulators.exclusions import STALE, UNCERTAIN, UNTRACKED, Exclusions
+from worm_analysis.accumulators.trial_sums import Rig, trial_sums
 from worm_analysis.accumulators.wall_search import WallSearch
 from worm_analysis.events.contacts import ClosedEpisode
 from worm_analysis.kinematics.angular_speed import UnwrappedAngle
@@ -15,10 +15,12 @@ from worm_analysis.kinematics.observables import (
     radial_distance,
 )
 from worm_analysis.parameters import AnalysisParameters
-from worm_analysis.rig_position import Whereabouts
+from worm_analysis.rig_position import RigPosition
 from worm_analysis.statistics.running_median import RunningMedian
-from worm_analysis.summary.quantities import quantities
-from worm_analysis.summary.quantity_table import Evidence
+from worm_analysis.summary.direction_persistence import correlation
+from worm_analysis.summary.quantities import DEFINITIONS, quantities
+from worm_analysis.summary.settings import EstimateSettings
+from worm_analysis.summary.sums import Sums
 from worm_msgs_py import (
     BodyState,
     Chamber,
@@ -30,6 +32,8 @@ from worm_msgs_py import (
     Quantity,
     Status,
 )
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.units import MM_PER_M
 
 WIDTH_BIN_M = 2e-6
 WIDTH_BINS = 1000
@@ -42,7 +46,7 @@ class Analysis:
     Everything depends on the states, their order and their stamps alone. A state without a head,
     whose status is not `TRACKED`, whose head is less certain than `min_head_certainty`, or with a
     stamp that does not advance, gives its positions as far as they go and adds to no estimate: it
-    is as if the head were missing in that frame. `left_out` counts them.
+    is as if the head were missing in that frame. `exclusions` counts them.
 
     Parameters
     ----------
@@ -59,9 +63,9 @@ class Analysis:
         self._unwrapped = UnwrappedAngle()
         self._unwrapped_in = ("", 0)
         self._search = WallSearch(self._parameters, NOMINAL_RADIUS_M)
-        self._whereabouts = Whereabouts(self._parameters)
+        self._position = RigPosition(self._parameters)
         self._last_ns: int | None = None
-        self.left_out = LeftOut()
+        self.exclusions = Exclusions()
 
     def set_geometry(self, geometry: Geometry) -> None:
         """Take a calibration, before the first state that rests on it."""
@@ -98,7 +102,7 @@ class Analysis:
                 "call set_geometry first"
             )
         reason = self._reason_against(state)
-        self.left_out.count(reason)
+        self.exclusions.count(reason)
         if reason != STALE:
             self._last_ns = state.stamp_ns
             if state.status is Status.TRACKED:
@@ -126,12 +130,14 @@ class Analysis:
     def finish(self) -> list[Event]:
         """End the trial; return what was still open, cut short."""
         closed = [item.episode for item in self._search.finish()]
-        return [*closed, *self._whereabouts.finish()]
+        return [*closed, *self._position.finish()]
 
     def correlation(self) -> Correlation:
         """Return C_θ(t) so far."""
         self._search.settle()
-        return self._search.correlation.result(self._parameters.minimum_n)
+        sums = self._sums(self._search.correlation.sums())
+        t_per = DEFINITIONS["t_per"].of(sums)
+        return correlation(sums.units("c_theta"), sums.lag_s, t_per.value)
 
     def distributions(self) -> list[Distribution]:
         """Return P(r), P(ψ), and those of d_c, d_nc, Δr_h, x_p, τ_h and θ_h⁰ so far."""
@@ -139,32 +145,30 @@ class Analysis:
         return [
             *self._search.frames.distributions(),
             *self._search.episodes.distributions(),
-            *self._whereabouts.sums.distributions(),
+            *self._position.sums.distributions(),
         ]
+
+    def sums(self) -> dict[str, Floats]:
+        """Return all sums so far, by name, in SI: what this trial adds to a pool."""
+        return trial_sums(
+            self._search,
+            self._position.sums,
+            self._position.skips,
+            self._body,
+            self.exclusions,
+            None if self._geometry is None else Rig.of(self._geometry),
+            self._parameters,
+        )
 
     def summary(self) -> list[Quantity]:
         """Return every number of the trial so far, each with its interval and n."""
-        self._search.settle()
-        self._body.settle()
-        evidence = Evidence(
-            parameters=self._parameters,
-            search=self._search,
-            passages=self._whereabouts.sums,
-            skips=self._whereabouts.skips,
-            body=self._body,
-            left_out=self.left_out,
-        )
-        if self._geometry is not None:
-            chamber = self._geometry.chambers[0]
-            evidence = replace(
-                evidence,
-                has_chamber=True,
-                radius_m=chamber.radius_m,
-                exit_width_m=chamber.exit_width_m,
-                depth_m=self._geometry.depth_m,
-                px_per_m=chamber.px_per_m,
-            )
-        return quantities(evidence)
+        rules = (rule.label for rule in self._search.sensitivity.rules)
+        return quantities(self._sums(self.sums()), rules)
+
+    def _sums(self, sums: dict[str, Floats]) -> Sums:
+        width_m = nan if self._geometry is None else self._geometry.chambers[0].exit_width_m
+        lag_s = self._search.correlation.lag_s
+        return Sums([sums], MM_PER_M * width_m, lag_s, EstimateSettings(self._parameters.minimum_n))
 
     def _adopt(self, geometry: Geometry) -> None:
         """Rest the estimates on a geometry from the first state on that does, not earlier."""
@@ -177,17 +181,15 @@ class Analysis:
     ) -> tuple[Observables, list[Event]]:
         """Take a frame with a head in the rig."""
         width_m = self._width_m()
-        visit = self._whereabouts.visit
-        passages = self._whereabouts.push(
-            state, geometry, self._parameters.contact_factor * width_m
-        )
+        visit = self._position.visit
+        passages = self._position.push(state, geometry, self._parameters.contact_factor * width_m)
         closed: list[ClosedEpisode] = []
-        if self._whereabouts.visit != visit:
+        if self._position.visit != visit:
             closed += self._search.break_off()
-        elif self._whereabouts.away:
+        elif self._position.away:
             closed += self._search.enter_exit(state.stamp_ns)
         theta_rad = self._unwrap(state)
-        if not self._whereabouts.searching:
+        if not self._position.searching:
             still = _observables(state, theta_rad)
             return still, [*(item.episode for item in closed), *passages]
         head = state.head
@@ -203,12 +205,12 @@ class Analysis:
         observables = _observables(state, theta_rad, theta_dot, v_b_m_s, contact)
         self._search.count(observables, width_m)
         if contact or ended:
-            self._whereabouts.observe(state.stamp_ns, theta_rad, contact, ended)
+            self._position.observe(state.stamp_ns, theta_rad, contact, ended)
         closed += ended
         return observables, [*(item.episode for item in closed), *passages]
 
     def _unwrap(self, state: BodyState) -> float:
-        here = (state.frame_id, self._whereabouts.visit)
+        here = (state.frame_id, self._position.visit)
         if here != self._unwrapped_in:
             self._unwrapped.reset()
             self._unwrapped_in = here

@@ -18,16 +18,17 @@ from worm_msgs_py.interfaces import RESULTS
 from worm_msgs_py.ledger import Ledger
 from worm_msgs_py.qos import FLOW, RESULT
 from worm_msgs_py.running import run_alone
+from worm_msgs_py.units import NS_PER_S
 from worm_msgs_py.worm_node import WormNode
 
 NAME = "analysis"
-NS = 1_000_000_000
 _OUT = (
     topics.ANALYSIS_STATE,
     topics.ANALYSIS_EVENTS,
     topics.ANALYSIS_CORRELATION,
     topics.ANALYSIS_DISTRIBUTIONS,
     topics.ANALYSIS_SUMMARY,
+    topics.ANALYSIS_SUMS,
 )
 DESCRIPTIONS = {
     "contact_factor": "contact where R - r_h < contact_factor * d_w",
@@ -36,7 +37,7 @@ DESCRIPTIONS = {
     "min_episode_s": "a shorter contact or excursion does not end the one around it",
     "theta_dot_window_s": "time over which the angular speed is taken",
     "mean_window_s": "time over which v_b and psi_b are averaged for v_w",
-    "min_head_certainty": "a frame less certain of its head counts for nothing; 0.5 takes all",
+    "min_head_certainty": "a frame less certain of its head is in no estimate; 0.5 takes all",
     "incidence_window_s": "time before a contact over which the incidence is taken",
     "max_gap_s": "a longer time without a head ends episodes and pairs",
     "max_lag_s": "longest lag of C_theta",
@@ -175,7 +176,7 @@ class AnalysisNode(WormNode):
             self._publish_estimates()
 
     def _postpone_estimates(self, state: BodyState) -> None:
-        self._next_summary_ns = state.stamp_ns + round(self._settings.summary_interval_s * NS)
+        self._next_summary_ns = state.stamp_ns + round(self._settings.summary_interval_s * NS_PER_S)
         self._next_summary_frame = state.frame + FRAMES_BETWEEN_ESTIMATES
 
     def _publish_events(self, events: list[Any]) -> None:
@@ -214,6 +215,8 @@ class AnalysisNode(WormNode):
         self._done = True
         self._publish_events(self._analysis.finish())
         self._publish_estimates()
+        for name, sums in self._analysis.sums().items():
+            self._out[topics.ANALYSIS_SUMS].publish(convert.sums_to_msg(name, sums))
         self._ledger.announce()
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from worm_msgs_py import limits
+from worm_msgs_py import limits, paper
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 
@@ -51,7 +51,8 @@ class AnalysisParameters:
         v_b and ψ_b are averaged over this time for v_b = v_w sin⟨ψ_b⟩: one undulatory stroke (the
         paper's T_T = 12 s), which sways the body.
     min_head_certainty : float
-        A frame less certain of which end is the head than this counts for nothing: 0.5 takes all.
+        A frame less certain of which end is the head is excluded from every estimate: 0.5 takes
+        all.
     incidence_window_s : float
         The head's displacement over this time before a contact gives θ_h^i; one frame at least.
     max_gap_s : float
@@ -75,12 +76,12 @@ class AnalysisParameters:
         Where a value is out of range or two contradict each other.
     """
 
-    contact_factor: float = 0.3
-    release_factor: float = 0.3
+    contact_factor: float = paper.CONTACT_FACTOR
+    release_factor: float = paper.CONTACT_FACTOR
     body_width_m: float | None = None
     min_episode_s: float = 0.0
-    theta_dot_window_s: float = 1.0
-    mean_window_s: float = 12.0
+    theta_dot_window_s: float = paper.THETA_DOT_WINDOW_S
+    mean_window_s: float = paper.UNDULATION_S
     min_head_certainty: float = 0.9
     incidence_window_s: float = 0.1
     max_gap_s: float = 0.5
@@ -88,7 +89,7 @@ class AnalysisParameters:
     fine_lag_s: float = 10.0
     fine_step_s: float = 0.1
     coarse_step_s: float = 1.0
-    stroke_window_s: float = 0.3
+    stroke_window_s: float = paper.PERISTALSIS_S / 2
     minimum_n: int = 10
     summary_interval_s: float = 10.0
 

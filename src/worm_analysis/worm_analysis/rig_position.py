@@ -7,7 +7,6 @@ from worm_analysis.events.attempts import Attempts
 from worm_analysis.events.contacts import ClosedEpisode
 from worm_analysis.events.exit_region import ExitCorridor
 from worm_analysis.events.visits import Visits
-from worm_analysis.kinematics.angular_speed import NS
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import (
     Attempt,
@@ -21,11 +20,12 @@ from worm_msgs_py import (
     Where,
 )
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
+from worm_msgs_py.units import NS_PER_S
 
 _CHAMBER_OF = {Where.CHAMBER_A: CHAMBER_A, Where.CHAMBER_B: CHAMBER_B}
 
 
-class Whereabouts:
+class RigPosition:
     """Takes every frame with a head; follows visits and attempts.
 
     Parameters
@@ -45,7 +45,7 @@ class Whereabouts:
     """
 
     def __init__(self, parameters: AnalysisParameters):
-        self._max_gap_ns = round(parameters.max_gap_s * NS)
+        self._max_gap_ns = round(parameters.max_gap_s * NS_PER_S)
         self._attempts = Attempts(parameters.stroke_window_s)
         self._visits = Visits()
         self._last_ns = 0

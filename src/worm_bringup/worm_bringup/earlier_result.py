@@ -29,7 +29,7 @@ class ResultKind:
 
 _UNFINISHED = r"|\.(summary\.json|report\.html)\.[0-9a-f]{8}\.part"
 TRIAL = ResultKind(
-    r"(tracks|contacts|passages)\.parquet|summary\.json|report\.html"
+    r"(tracks|contacts|passages|sums)\.parquet|summary\.json|report\.html"
     r"|bag/(metadata\.yaml|bag\.mcap)" + _UNFINISHED,
     frozenset({"bag"}),
 )

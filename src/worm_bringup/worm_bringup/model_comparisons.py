@@ -1,23 +1,23 @@
 """What `worm model compare` says: trials, and pools of them by W, beside the exact walk."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from math import hypot, isfinite
+from math import isfinite
 from pathlib import Path
 
 import numpy as np
 
-from worm_analysis.pooling import Pool, trial_sums
-from worm_analysis.pooling.estimates import pooled_quantities
+from worm_analysis.pooling import Pool, pooled_trial
 from worm_analysis.results import Results, read_results
+from worm_analysis.results.contacts import read_episodes
+from worm_analysis.results.passages import read_passages
 from worm_model.inference.comparison import ModelParameters, can_compare, compare_with_walk
 from worm_model.inference.escape import EscapeTimes
 from worm_model.inference.fit import fit_walk
 from worm_model.inference.reversal_counts import Reversals
-from worm_msgs_py import Attempt, Comparison, Episode, EpisodeKind, Geometry, Quantity, Visit
-
-MM = 1e3
-NS = 1_000_000_000
+from worm_msgs_py import Comparison, Episode, Geometry, Quantity
+from worm_msgs_py.paper import DEPTH_MM
+from worm_msgs_py.units import MM_PER_M
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,16 +75,14 @@ def compare_trials(
         quantities = list(results.quantities)
         found.append(_case(str(directory), 1, quantities, results, evidence, parameters))
         if results.chambers:
-            sums.append(trial_sums(results, str(directory), str(directory)))
+            sums.append(pooled_trial(results, str(directory), str(directory)))
             parts[str(directory)] = results
         progress(number + 1, len(directories))
     for pool in Pool.of(sums).by_width if sums else ():
         if len(pool.trials) < 2:
             continue
         together = [parts[trial.directory] for trial in pool.trials]
-        quantities = [pooled.quantity for pooled in pooled_quantities(pool)]
-        w_s = hypot(pool.width_mm, _depth_mm(together[0]))
-        quantities.append(Quantity("w_s", w_s, n=len(together), unit="mm"))
+        quantities = [pooled.quantity for pooled in pool.numbers.values()]
         name = f"W = {pool.width_mm:g} mm, {len(together)} trials"
         evidence = _Evidence.of(together)
         found.append(_case(name, len(together), quantities, together[0], evidence, parameters))
@@ -110,7 +108,7 @@ class _Evidence:
         for results in trials:
             for episode, turn_rad in _episodes(results):
                 reversals.push(episode, turn_rad)
-            for event in _passages(results):
+            for event in read_passages(results.passages):
                 escapes.push(event)
             stamps = results.tracks["stamp_ns"]
             escapes.end_trial(int(stamps[-1]) if len(stamps) else 0)
@@ -132,7 +130,7 @@ def _case(
         return Case(
             name, trials, None, "no exit in view, or nothing measured of the walk's numbers"
         )
-    rig = Geometry(1, 0, 0, 0, results.chambers, depth_m=_depth_mm(results) / MM)
+    rig = Geometry(1, 0, 0, 0, results.chambers, depth_m=_depth_mm(results) / MM_PER_M)
     fit = fit_walk(
         quantities,
         rig,
@@ -155,46 +153,15 @@ def _case(
 
 def _depth_mm(results: Results) -> float:
     """Return h; the rig's usual one where the results are of a version that did not tell it."""
-    return results.depth_mm if isfinite(results.depth_mm) else Geometry(1, 0, 0, 0).depth_m * MM
+    return results.depth_mm if isfinite(results.depth_mm) else DEPTH_MM
 
 
-def _episodes(results: Results) -> Iterable[tuple[Episode, float]]:
+def _episodes(results: Results) -> Iterator[tuple[Episode, float]]:
     """Yield each contact and excursion with its Δθ_h, which the tracks give."""
     stamps, theta = results.tracks["stamp_ns"], results.tracks["theta_h_rad"]
-    table = results.contacts
-    ends = [table["start_ns"].astype(np.int64), table["end_ns"].astype(np.int64)]
     if not len(stamps):
         return
-    at = [np.clip(np.searchsorted(stamps, end), 0, len(stamps) - 1) for end in ends]
-    turns = theta[at[1]] - theta[at[0]]
-    for row, (start_ns, end_ns) in enumerate(zip(*ends, strict=True)):
-        yield (
-            Episode(
-                str(table["chamber"][row]),
-                EpisodeKind(table["kind"][row]),
-                int(start_ns),
-                int(end_ns),
-                float(table["distance_mm"][row]) / MM,
-                complete=bool(table["complete"][row]),
-            ),
-            float(turns[row]),
-        )
-
-
-def _passages(results: Results) -> Iterable[Visit | Attempt]:
-    """Yield visits and attempts in the order in which they closed."""
-    table = results.passages
-    for row, record in enumerate(table["record"]):
-        common = (
-            str(table["chamber"][row]), int(table["start_ns"][row]), int(table["end_ns"][row])
-        )  # fmt: skip
-        if record == "visit":
-            first = table["first_contact_ns"][row]
-            first_ns = int(first) if isfinite(first) else None
-            tau_s = float(table["tau_h_s"][row])
-            complete = bool(table["complete"][row])
-            yield Visit(*common, first_ns, tau_h_s=tau_s, complete=complete)
-        elif isfinite(table["success"][row]):
-            depth_m = float(table["penetration_mm"][row]) / MM
-            success, complete = bool(table["success"][row]), bool(table["complete"][row])
-            yield Attempt(*common, depth_m, success, complete=complete)
+    for episode in read_episodes(results.contacts):
+        ends = np.searchsorted(stamps, (episode.start_ns, episode.end_ns))
+        start, end = np.minimum(ends, len(stamps) - 1)
+        yield episode, float(theta[end] - theta[start])

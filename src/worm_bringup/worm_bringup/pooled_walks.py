@@ -7,19 +7,20 @@ from math import isfinite
 import numpy as np
 
 from worm_analysis.pooling import Pool, WalkPrediction
-from worm_analysis.pooling.estimates import pooled_quantity
 from worm_model.boundary_walk.direction_correlation import direction_correlation
 from worm_model.boundary_walk.first_passage import SolvedWalk
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
+from worm_msgs_py.paper import (
+    DEPTH_MM,
+    REVERSAL_OF_FIG_6,
+    TRIAL_S,
+    WALK_HOP_MM,
+    WALK_SLIDE_MM,
+)
 
 LONGEST_IN_MEANS, BINS = 6.0, 48
 CURVE_MM = (0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
 LAG_S = np.arange(0.0, 60.01, 0.5)
-TRIAL_S = 1800.0
-PAPER_REVERSALS = (0.35, 0.45, 0.55)
-"""Caption of the paper's Fig. 6; taken for reversals per slide and hop."""
-PAPER_SLIDE_MM, PAPER_HOP_MM = 1.96, 1.47
-DEPTH_MM = 1.5
 
 
 def pooled_walks(pool: Pool) -> tuple[WalkPrediction, ...]:
@@ -48,19 +49,19 @@ def pooled_walks(pool: Pool) -> tuple[WalkPrediction, ...]:
         found.append(_predict(own, (own.reversal,), widths, shown, is_own=True))
     paper = replace(
         rig,
-        mean_slide_mm=PAPER_SLIDE_MM,
-        mean_hop_mm=PAPER_HOP_MM,
-        reversal=PAPER_REVERSALS[1],
+        mean_slide_mm=WALK_SLIDE_MM,
+        mean_hop_mm=WALK_HOP_MM,
+        reversal=REVERSAL_OF_FIG_6[0],
         rule=ReversalRule.PER_CYCLE,
     )
-    found.append(_predict(paper, PAPER_REVERSALS, widths, shown, is_own=False))
+    found.append(_predict(paper, sorted(REVERSAL_OF_FIG_6), widths, shown, is_own=False))
     return tuple(found)
 
 
 def _own(pool: Pool, rig: WalkParameters) -> WalkParameters | None:
     """Return the walk of the pool's own numbers; None where one of them cannot be had."""
     names = ("d_c", "d_nc", "v_b", "reversal_per_cycle")
-    values = [pooled_quantity(pool, name).quantity.value for name in names]
+    values = [pool.numbers[name].quantity.value for name in names]
     if any(value is None for value in values):
         return None
     slide, hop, speed, reversal = (float(value) for value in values if value is not None)

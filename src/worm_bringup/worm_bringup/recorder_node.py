@@ -142,6 +142,7 @@ class RecorderNode(WormNode):
                 convert.geometry_from_msg(msg)
             ),
             topics.ANALYSIS_SUMMARY: keep("quantities", convert.quantities_from_msg),
+            topics.ANALYSIS_SUMS: lambda msg: trial.sums.update([convert.sums_from_msg(msg)]),
             topics.ANALYSIS_CORRELATION: keep("correlation", convert.correlation_from_msg),
             topics.MODEL_COMPARISON: keep("comparison", convert.comparison_from_msg),
             topics.MODEL_CORRELATION: keep("model_correlation", convert.correlation_from_msg),

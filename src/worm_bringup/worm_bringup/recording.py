@@ -9,16 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from worm_bringup.summary import Trial, build_summary, write_summary
-from worm_bringup.tables import (
-    CONTACTS,
-    PASSAGES,
-    TRACKS,
-    TableWriter,
-    contact_row,
-    passage_row,
-    track_row,
-)
+from worm_analysis.results import contacts, passages, tracks
+from worm_analysis.results.parquet_table import TableWriter
+from worm_analysis.results.summary import TrialRecord, build_summary, write_summary
+from worm_analysis.results.sums import write_sums
 from worm_msgs_py import BodyState, Episode, Event, Midline, Observables
 
 
@@ -33,16 +27,16 @@ class Recording:
 
     def __init__(self, directory: Path):
         self._directory = directory
-        self._tracks = TableWriter(directory / "tracks.parquet", TRACKS)
-        self._contacts = TableWriter(directory / "contacts.parquet", CONTACTS)
-        self._passages = TableWriter(directory / "passages.parquet", PASSAGES)
+        self._tracks = TableWriter(directory / "tracks.parquet", tracks.SCHEMA)
+        self._contacts = TableWriter(directory / "contacts.parquet", contacts.SCHEMA)
+        self._passages = TableWriter(directory / "passages.parquet", passages.SCHEMA)
         self._states: dict[int, BodyState] = {}
         self._midlines: dict[int, Midline] = {}
         self._observables: dict[int, Observables] = {}
         self._statuses: Counter[str] = Counter()
         self._midlines_in = 0
         self.rows = 0
-        self.trial = Trial()
+        self.trial = TrialRecord()
 
     def add_state(self, state: BodyState) -> None:
         """Take a frame's state."""
@@ -64,9 +58,9 @@ class Recording:
         """Take episodes, visits and attempts in the order in which they closed."""
         for event in events:
             if isinstance(event, Episode):
-                self._contacts.append(contact_row(event))
+                self._contacts.append(contacts.contact_row(event))
             else:
-                self._passages.append(passage_row(event))
+                self._passages.append(passages.passage_row(event))
 
     def finish(self, provenance: Mapping[str, Any]) -> None:
         """Close the tables and write the summary.
@@ -82,6 +76,7 @@ class Recording:
                 f"{self.trial.frames_read} frames were read but {self.rows} have a row"
             )
         self.trial.statuses = dict(self._statuses)
+        write_sums(self._directory / "sums.parquet", self.trial.sums)
         write_summary(self._directory / "summary.json", build_summary(self.trial, provenance))
 
     @property
@@ -103,7 +98,7 @@ class Recording:
         frame = self.rows
         if frame in self._states and frame in self._midlines and frame in self._observables:
             state = self._states.pop(frame)
-            row = track_row(state, self._midlines.pop(frame), self._observables.pop(frame))
+            row = tracks.track_row(state, self._midlines.pop(frame), self._observables.pop(frame))
             self._tracks.append(row)
             self._statuses[state.status.label] += 1
             self.rows += 1

@@ -1,9 +1,9 @@
 """Analyses a table of tracks without a graph: the same core, the same files as `worm replay`."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
-from math import isfinite, radians
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +13,12 @@ import pyarrow.parquet as pq
 
 from worm_analysis.analysis import Analysis
 from worm_analysis.parameters import AnalysisParameters
+from worm_analysis.results import contacts, passages, tracks
+from worm_analysis.results.parquet_table import Row, TableWriter
+from worm_analysis.results.summary import TrialRecord, build_summary, write_summary
+from worm_analysis.results.sums import write_sums
+from worm_analysis.summary.quantities import DEFINITIONS
 from worm_bringup.provenance import file_hash, provenance
-from worm_bringup.summary import Trial, build_summary, write_summary
-from worm_bringup.tables import (
-    CONTACTS,
-    PASSAGES,
-    TRACKS,
-    Row,
-    TableWriter,
-    contact_row,
-    passage_row,
-)
 from worm_bringup.track_rig import MM, Placed, Placer, TableRig
 from worm_bringup.track_table import POINTS, Rows, TrackTable
 from worm_model.inference.comparison import ModelParameters
@@ -40,6 +35,7 @@ from worm_msgs_py import (
     Status,
     Where,
 )
+from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
 
@@ -104,7 +100,7 @@ def analyse_tracks(
     run.refuse_strangers(table.path)
     lacking = _lacking(table, rig, parameters)
     quantities = _with_reasons(run.analysis.summary(), lacking)
-    trial = Trial(
+    trial = TrialRecord(
         frames_read=run.rows,
         statuses=dict(run.statuses),
         geometry=_seen(geometry, run.chambers, rig),
@@ -115,6 +111,7 @@ def analyse_tracks(
     compared = run.model.finish()
     if compared is not None:
         trial.comparison, trial.model_correlation = compared
+    write_sums(out / "sums.parquet", _without_lacking(run.analysis.sums(), lacking))
     source = {"table": table.path.name, "sha256": file_hash(table.path)}
     document = provenance(
         source, {"rig": _told(rig), "analysis": asdict(parameters), "model": asdict(MODEL)}
@@ -135,8 +132,8 @@ class _Run:
         self.model = TrialModel(MODEL)
         self.model.set_geometry(geometry)
         self.tracks = TrackWriter(out / "tracks.parquet")
-        self.contacts = TableWriter(out / "contacts.parquet", CONTACTS)
-        self.passages = TableWriter(out / "passages.parquet", PASSAGES)
+        self.contacts = TableWriter(out / "contacts.parquet", contacts.SCHEMA)
+        self.passages = TableWriter(out / "passages.parquet", passages.SCHEMA)
         self.statuses: Counter[str] = Counter()
         self.chambers: set[str] = set()
         self.rows = self.heads = self.strays = self.last_ns = 0
@@ -176,14 +173,14 @@ class _Run:
     def _write(self, events: Sequence[Event]) -> None:
         for event in events:
             if isinstance(event, Episode):
-                self.contacts.append(contact_row(event))
+                self.contacts.append(contacts.contact_row(event))
             else:
                 self.passages.append(self._passage_row(event))
             if self._has_centroid or not isinstance(event, Attempt):
                 self.model.take_event(event)
 
     def _passage_row(self, event: Any) -> Row:
-        row = passage_row(event)
+        row = passages.passage_row(event)
         if isinstance(event, Attempt) and not self._has_centroid:  # nobody saw the body follow
             return {**row, "success": None, "complete": False}
         return row
@@ -245,7 +242,7 @@ class TrackWriter:
     """Writes `tracks.parquet` by columns, some ten thousand rows at a time."""
 
     def __init__(self, path: Path):
-        self._writer = pq.ParquetWriter(path, TRACKS, compression="zstd")
+        self._writer = pq.ParquetWriter(path, tracks.SCHEMA, compression="zstd")
 
     def write(
         self, rows: Rows, placed: Placed, found: Sequence[Observables], *, has_picture: bool
@@ -267,35 +264,17 @@ class TrackWriter:
             if has_picture:
                 columns[f"{point}_u_px"] = placed.u_px[point]
                 columns[f"{point}_v_px"] = placed.v_px[point]
-        columns |= _observed(found)
+        columns |= tracks.observed_columns(found)
         if rows.midline is not None:
             columns |= {name: rows.midline.column(name) for name in rows.midline.column_names}
-        arrays = [_array(columns.get(field.name), field.type, len(rows)) for field in TRACKS]
-        self._writer.write_table(pa.table(arrays, schema=TRACKS))
+        arrays = [_array(columns.get(field.name), field.type, len(rows)) for field in tracks.SCHEMA]
+        self._writer.write_table(pa.table(arrays, schema=tracks.SCHEMA))
 
     def __enter__(self) -> "TrackWriter":
         return self
 
     def __exit__(self, *error: object) -> None:
         self._writer.close()
-
-
-def _observed(found: Sequence[Observables]) -> dict[str, Any]:
-    def column(name: str, scale: float = 1.0) -> Any:
-        return np.array([getattr(item, name) for item in found]) * scale
-
-    degree = 1.0 / radians(1.0)
-    return {
-        "r_h_mm": column("r_h_m", MM),
-        "r_c_mm": column("r_c_m", MM),
-        "r_t_mm": column("r_t_m", MM),
-        "theta_h_rad": column("theta_h_rad"),
-        "psi_b_deg": column("psi_b_rad", degree),
-        "psi_h_deg": column("psi_h_rad", degree),
-        "theta_dot_rad_s": column("theta_dot_rad_s"),
-        "v_b_mm_s": column("v_b_m_s", MM),
-        "contact": [item.contact for item in found],
-    }
 
 
 def _array(values: Any, kind: Any, rows: int) -> Any:
@@ -333,6 +312,12 @@ def _with_reasons(quantities: Sequence[Quantity], lacking: Sequence[str]) -> lis
         else q
         for q in quantities
     ]
+
+
+def _without_lacking(sums: Mapping[str, Floats], lacking: Sequence[str]) -> dict[str, Floats]:
+    """Return the sums, without those of the numbers that what is lacking makes meaningless."""
+    meaningless = {DEFINITIONS[name].sums for reason in lacking for name in _NEEDS[reason]}
+    return {name: rows for name, rows in sums.items() if name not in meaningless}
 
 
 def _seen(geometry: Geometry, names: set[str], rig: TableRig) -> Geometry:

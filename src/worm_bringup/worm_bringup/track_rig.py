@@ -8,26 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_analysis.results import chamber_of
-from worm_bringup.track_table import POINTS, Floats, Rows
+from worm_bringup.track_table import POINTS, Rows
 from worm_msgs_py import Chamber, Geometry, Status, Where, limits
+from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.json_files import read_json
 from worm_msgs_py.limits import first_refusal
+from worm_msgs_py.locating import is_in_passage
+from worm_msgs_py.paper import DEPTH_MM, PASSAGE_LENGTH_MM
 
 MM = 1e3
 NO_PICTURE_PX_PER_M = 1e8
 """Of a table in millimetres: its picture is imagined, with pixels too small to limit anything."""
-DEPTH_MM, PASSAGE_LENGTH_MM = 1.5, 35.0
-"""h and L of the paper."""
 LIMITS = {
     "radius_mm": limits.RADIUS.to("mm"),
     "exit_width_mm": limits.EXIT_WIDTH.to("mm"),
     "depth_mm": limits.DEPTH.to("mm"),
     "passage_length_mm": limits.PASSAGE_LENGTH.to("mm"),
 }
-PASSAGE_SLACK, UNSEEN_EXIT = 1.2, 1.03
-"""As the tracker decides whether a head beyond the wall is in the passage."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,11 +190,7 @@ class Placer:
         out_a = np.hypot(x, y) / R
         out_b = np.hypot(x - (2 * R + L), y) / R
         nearer_b = out_b < out_a
-        if isfinite(W):
-            beyond = (x > 0) & (x < R + L) & (np.abs(y) < PASSAGE_SLACK * W / 2)
-            passage = (np.minimum(out_a, out_b) > 1) & beyond
-        else:
-            passage = np.minimum(out_a, out_b) > UNSEEN_EXIT
+        passage = is_in_passage(x, y, np.minimum(out_a, out_b), R, W, L)
         where = np.where(nearer_b, int(Where.CHAMBER_B), int(Where.CHAMBER_A))
         where = np.where(passage, int(Where.PASSAGE), where)
         where = np.where(has_head, where, int(Where.UNKNOWN))

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from worm_bringup.track_units import refuse_wrong_units
 from worm_msgs_py import Status, Where
+from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import BadInput
-
-Floats = NDArray[np.float64]
+from worm_msgs_py.units import NS_PER_S
 
 POINTS = ("head", "centroid", "tail")
 WHOLE = ("stamp_ns", "frame")
@@ -38,7 +38,6 @@ REAL = (
 PARQUET, CSV = (".parquet", ".pq"), (".csv", ".tsv", ".txt")
 BATCH_ROWS = 1 << 16
 CSV_BLOCK_BYTES = 1 << 22
-NS = 1_000_000_000
 _CONVERSION = re.compile(
     r"In CSV column #(\d+):(?: Row #(\d+):)? CSV conversion error to (\w+): invalid value '(.*)'"
 )
@@ -266,7 +265,7 @@ class TrackTable:
             raise BadInput(
                 f"{self.path}: column 'time_s' is empty in row {row}: give every row one"
             )
-        return np.rint(time_s * NS).astype(np.int64)
+        return np.rint(time_s * NS_PER_S).astype(np.int64)
 
     def _cast(self, table: Any, name: str, kind: Any) -> Any:
         column = table.column(name)

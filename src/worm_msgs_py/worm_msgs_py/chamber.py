@@ -7,6 +7,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_msgs_py.paper import DEPTH_MM, PASSAGE_LENGTH_MM
+from worm_msgs_py.units import MM_PER_M
+
 NAN = float("nan")
 Real = TypeVar("Real", float, NDArray[np.float64])
 
@@ -113,8 +116,8 @@ class Geometry:
     picture_width_px: int
     picture_height_px: int
     chambers: tuple[Chamber, ...] = ()
-    depth_m: float = 1.5e-3
-    passage_length_m: float = 35e-3
+    depth_m: float = DEPTH_MM / MM_PER_M
+    passage_length_m: float = PASSAGE_LENGTH_MM / MM_PER_M
 
     def chamber(self, name: str) -> Chamber:
         """Return the chamber of this name; KeyError where it is not in view."""

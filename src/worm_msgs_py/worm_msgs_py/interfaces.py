@@ -24,6 +24,7 @@ RESULTS: dict[str, tuple[type, QoSProfile]] = {
     topics.ANALYSIS_CORRELATION: (JointTrajectory, LATCHED),
     topics.ANALYSIS_DISTRIBUTIONS: (Float64MultiArray, LATCHED_SET),
     topics.ANALYSIS_SUMMARY: (DiagnosticArray, LATCHED),
+    topics.ANALYSIS_SUMS: (Float64MultiArray, RESULT),
     topics.MODEL_FORECAST: (JointState, RESULT),
     topics.MODEL_COMPARISON: (JointState, LATCHED),
     topics.MODEL_CORRELATION: (JointTrajectory, LATCHED),

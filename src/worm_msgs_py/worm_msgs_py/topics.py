@@ -17,6 +17,8 @@ ANALYSIS_EVENTS = "analysis/events"
 ANALYSIS_CORRELATION = "analysis/correlation"
 ANALYSIS_DISTRIBUTIONS = "analysis/distributions"
 ANALYSIS_SUMMARY = "analysis/summary"
+ANALYSIS_SUMS = "analysis/sums"
+"""At the end: what the numbers rest on, a message a sum."""
 
 MODEL_FORECAST = "model/forecast"
 MODEL_COMPARISON = "model/comparison"
@@ -49,6 +51,7 @@ RESULTS = (
     ANALYSIS_CORRELATION,
     ANALYSIS_DISTRIBUTIONS,
     ANALYSIS_SUMMARY,
+    ANALYSIS_SUMS,
     MODEL_FORECAST,
     MODEL_COMPARISON,
     MODEL_CORRELATION,

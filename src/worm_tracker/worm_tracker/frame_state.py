@@ -1,7 +1,7 @@
 """From an observation, its head and the rig to what the tracker says of a frame."""
 
 from dataclasses import dataclass
-from math import atan2, hypot, isfinite
+from math import atan2, hypot, inf, isfinite
 
 import numpy as np
 
@@ -9,17 +9,12 @@ from worm_msgs_py.arrays import Floats
 from worm_msgs_py.body import BodyState, Keypoint, Midline, TrackedFrame
 from worm_msgs_py.chamber import Chamber, Geometry
 from worm_msgs_py.frames import CAMERA, CHAMBER_A, Where
+from worm_msgs_py.locating import is_in_passage
 from worm_tracker.midline.curve import arc_length
 from worm_tracker.observation import Observation
 
 NAN = float("nan")
 _UNKNOWN = np.full(2, NAN)
-PASSAGE_SLACK = 1.2
-"""How much wider than the exit the stretch is that counts as the passage: the head is a point on
-the body's edge, and W is known to a pixel."""
-UNSEEN_EXIT = 1.03
-"""Distance from the centre, over R, beyond which a head is in the passage whose width is not known
-yet."""
 
 
 @dataclass(eq=False, slots=True)
@@ -174,18 +169,12 @@ def locate(geometry: Geometry | None, head: Floats, home: str = "") -> tuple[Cha
         for c in chambers
     ]
     nearest = chambers[out.index(min(out))]
-    if min(out) > 1 and any(_in_passage(chamber, geometry, head) for chamber in chambers):
+    if any(_in_passage(chamber, geometry, head, min(out)) for chamber in chambers):
         return known or nearest, Where.PASSAGE
     return nearest, Where.CHAMBER_A if nearest.name == CHAMBER_A else Where.CHAMBER_B
 
 
-def _in_passage(chamber: Chamber, geometry: Geometry, head: Floats) -> bool:
-    """Tell whether a point beyond a chamber's wall is between the walls of its passage."""
+def _in_passage(chamber: Chamber, geometry: Geometry, head: Floats, out: float) -> bool:
     x, y = chamber.to_metres(float(head[0]), float(head[1]))
-    within = x > 0 and (
-        len(geometry.chambers) < 2 or x < chamber.radius_m + geometry.passage_length_m
-    )
-    if not isfinite(chamber.exit_width_m):
-        # The worm hides the exit: nowhere else can a head be that far beyond the wall.
-        return bool(hypot(x, y) > UNSEEN_EXIT * chamber.radius_m)
-    return bool(within and abs(y) < PASSAGE_SLACK * chamber.exit_width_m / 2)
+    length_m = geometry.passage_length_m if len(geometry.chambers) > 1 else inf
+    return bool(is_in_passage(x, y, out, chamber.radius_m, chamber.exit_width_m, length_m))

@@ -9,7 +9,7 @@ from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from worm_msgs_py.errors import BadInput
-from worm_tracker.record_file import RecordFile
+from worm_msgs_py.record_file import RecordFile
 
 _CHUNK_BYTES = 1 << 20
 _INDEX_BYTES = 256

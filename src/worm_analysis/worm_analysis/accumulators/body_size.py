@@ -1,17 +1,11 @@
 """The body's own size over a trial: length l_w and width d_w, with their intervals."""
 
-from math import nan
-
 import numpy as np
-from numpy.typing import NDArray
 
-from worm_analysis.statistics.block_jackknife import BlockSums, jackknife_half_width
+from worm_analysis.accumulators.bins import BODY_BINS, BODY_LENGTH_BIN_M, BODY_WIDTH_BIN_M
+from worm_analysis.statistics.block_jackknife import BlockSums
+from worm_msgs_py.arrays import Floats
 
-Floats = NDArray[np.float64]
-
-WIDTH_BIN_M = 5e-6
-LENGTH_BIN_M = 1e-4
-BINS = 400
 AT_ONCE = 1024
 
 
@@ -23,7 +17,7 @@ class BodySums:
     """
 
     def __init__(self) -> None:
-        self._blocks = BlockSums(2 * BINS)
+        self._blocks = BlockSums(2 * BODY_BINS)
         self._stamps: list[int] = []
         self._sizes: list[tuple[float, float]] = []
 
@@ -35,41 +29,27 @@ class BodySums:
             self.settle()
 
     def settle(self) -> None:
-        """Sum what was gathered; must be called before the sums are read."""
+        """Sum what was gathered; `sums` does it itself."""
         if not self._stamps:
             return
-        bins = np.array(self._sizes) / (LENGTH_BIN_M, WIDTH_BIN_M)
+        bins = np.array(self._sizes) / (BODY_LENGTH_BIN_M, BODY_WIDTH_BIN_M)
         known = np.isfinite(bins) & (bins >= 0)
-        columns = np.minimum(np.where(known, bins, 0).astype(np.intp), BINS - 1)
-        columns[:, 1] += BINS
+        columns = np.minimum(np.where(known, bins, 0).astype(np.intp), BODY_BINS - 1)
+        columns[:, 1] += BODY_BINS
         stamps = np.array(self._stamps, dtype=np.int64)
         self._blocks.add(stamps, np.where(known, columns, -1), np.ones(bins.shape))
         self._stamps, self._sizes = [], []
 
-    def length(self) -> tuple[int, float, float | None]:
-        """Return the number of frames with a length, its median in m and the half interval."""
-        return self._median(slice(0, BINS), LENGTH_BIN_M)
-
-    def width(self) -> tuple[int, float, float | None]:
-        """Return the number of frames with a width, its median in m and the half interval."""
-        return self._median(slice(BINS, 2 * BINS), WIDTH_BIN_M)
+    def sums(self) -> dict[str, Floats]:
+        """Return the histograms of length and width, by blocks of time."""
+        self.settle()
+        rows = self._blocks.rows()
+        return {"l_w": rows[:, :BODY_BINS], "d_w": rows[:, BODY_BINS:]}
 
     def median_width(self) -> float:
         """Return the median width alone, m; NaN without any."""
-        counts = self._blocks.total()[None, BINS:]
-        return float(histogram_median(counts)[0]) * WIDTH_BIN_M
-
-    def _median(self, part: slice, bin_m: float) -> tuple[int, float, float | None]:
-        counts = self._blocks.total()[part]
-        n = int(counts.sum())
-        if n == 0:
-            return 0, nan, None
-
-        def estimate(sums: Floats) -> Floats:
-            return histogram_median(sums) * bin_m
-
-        value = float(estimate(counts[None])[0])
-        return n, value, jackknife_half_width(self._blocks, estimate, part)
+        counts = self.sums()["d_w"].sum(axis=0, keepdims=True)
+        return float(histogram_median(counts)[0]) * BODY_WIDTH_BIN_M
 
 
 def histogram_median(counts: Floats) -> Floats:

@@ -2,9 +2,10 @@
 
 from collections import deque
 
-from worm_analysis.kinematics.angular_speed import NS
 from worm_analysis.statistics.block_jackknife import BlockSums
-from worm_analysis.statistics.sample_correlation import PearsonEstimate, pearson
+from worm_analysis.statistics.thinned_points import ThinnedPoints
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.units import NS_PER_S
 
 
 class Collisions:
@@ -17,19 +18,14 @@ class Collisions:
     ----------
     window_s : float
         Δt.
-
-    Attributes
-    ----------
-    n : int
-        Pairs so far.
     """
 
     def __init__(self, window_s: float):
-        self._window_ns = round(window_s * NS)
+        self._window_ns = round(window_s * NS_PER_S)
         self._open: deque[tuple[int, float, float]] = deque()
         self._last: tuple[int, float] = (0, 0.0)
         self._blocks = BlockSums(6)
-        self.n = 0
+        self._points = ThinnedPoints()
 
     def begin(self, stamp_ns: int, theta_rad: float, incidence_rad: float) -> None:
         """Take a contact: when, where and at which angle it began."""
@@ -46,7 +42,7 @@ class Collisions:
                 continue  # the contact was told so late that its Δt is over
             part = (end_ns - before_ns) / (stamp_ns - before_ns)
             turn_rad = before_rad + part * (theta_rad - before_rad) - start_rad
-            speed = turn_rad * (NS / self._window_ns)
+            speed = turn_rad * (NS_PER_S / self._window_ns)
             row = self._blocks.row(start_ns)
             row += (
                 1.0,
@@ -56,13 +52,16 @@ class Collisions:
                 incidence_rad * incidence_rad,
                 speed * incidence_rad,
             )
-            self.n += 1
+            self._points.push(incidence_rad, speed)
         self._last = (stamp_ns, theta_rad)
 
     def break_off(self) -> None:
         """Say that what follows is not connected."""
         self._open.clear()
 
-    def correlation(self) -> PearsonEstimate:
-        """Return Pearson's correlation."""
-        return pearson(self._blocks, list(range(6)))
+    def sums(self) -> dict[str, Floats]:
+        """Return the sums of 1, θ̇_h, θ_h^i, their squares and product, and some of the pairs."""
+        return {
+            "theta_dot_incidence": self._blocks.rows(),
+            "collision_points": self._points.rows(),
+        }

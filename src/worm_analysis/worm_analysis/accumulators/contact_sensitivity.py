@@ -1,17 +1,16 @@
 """What d_c and d_nc would be, had contact been told in another way: computed beside the trial."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import nan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from worm_analysis.accumulators.episode_sums import LengthSums
 from worm_analysis.accumulators.frame_rows import Frames
-from worm_analysis.kinematics.angular_speed import NS
 from worm_analysis.parameters import AnalysisParameters
-
-Floats = NDArray[np.float64]
+from worm_msgs_py.arrays import Floats, Integers, Mask
+from worm_msgs_py.units import NS_PER_S
 
 FACTORS = (0.5, 1.5, 2.0, 3.0)
 RELEASES = (1.5, 2.0)
@@ -100,6 +99,15 @@ class Sensitivity:
         """Say that a stretch at the wall, by its number, ended with the head in the exit."""
         self._in_exit.add(approach)
 
+    def sums(self, limits_m: Sequence[float]) -> dict[str, Floats]:
+        """Return the sums of d_c and d_nc above a limit of resolution for each rule."""
+        found: dict[str, Floats] = {}
+        for rule, lengths, limit in zip(self.rules, self.lengths, limits_m, strict=True):
+            found[f"d_c_at_{rule.label}"] = lengths.d_c.row(limit)
+            found[f"d_nc_at_{rule.label}"] = lengths.d_nc.row(limit)
+            found |= lengths.steps(f"_at_{rule.label}")
+        return found
+
     def add(self, frames: Frames) -> None:
         """Take frames with the head in a chamber; where contact cannot be told they go by."""
         told = np.isfinite(frames.depth_widths)
@@ -130,7 +138,7 @@ class _Episodes:
 
     def __init__(self, rule: ContactRule, lengths: LengthSums):
         self._on, self._off = rule.contact_factor, rule.release_factor
-        self._min_ns = round(rule.min_episode_s * NS)
+        self._min_ns = round(rule.min_episode_s * NS_PER_S)
         self._lengths = lengths
         self._frame = 0
         self._reset()
@@ -143,7 +151,7 @@ class _Episodes:
         self._last: tuple[int, float] = (0, nan)
         self._candidate: tuple[int, int, float] | None = None
 
-    def add(self, stamps_ns: NDArray[np.int64], theta_rad: Floats, depth: Floats) -> None:
+    def add(self, stamps_ns: Integers, theta_rad: Floats, depth: Floats) -> None:
         """Take frames that are not cut apart."""
         contact = self._contact(depth)
         starts = [0, *(np.flatnonzero(np.diff(contact)) + 1).tolist()]
@@ -157,7 +165,7 @@ class _Episodes:
         self._frame += len(contact)
         self._last = (self._frame - 1, float(theta_rad[-1]))
 
-    def _contact(self, depth: Floats) -> NDArray[np.bool_]:
+    def _contact(self, depth: Floats) -> Mask:
         """Tell contact with hysteresis: between the thresholds a frame is as the one before."""
         below = depth < self._on
         if self._off > self._on:

@@ -1,14 +1,12 @@
 """What every closed episode at the wall adds to: lengths of slides and hops, and reversals."""
 
+import numpy as np
+
+from worm_analysis.accumulators.bins import BLOCK_BINS, LENGTH_BIN_M, LENGTH_BINS
 from worm_analysis.events.contacts import ClosedEpisode
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
 from worm_msgs_py import Distribution, EpisodeKind
-
-FINE_BIN_M = 1e-5
-LENGTH_BINS = 6001
-"""Up to 60 mm, one chamber's circumference; what is longer is in the last bin."""
-BLOCK_BINS = 101
-"""Up to 1 mm: a larger limit of resolution is not allowed for by blocks of time."""
+from worm_msgs_py.arrays import Floats
 
 
 class LengthSums:
@@ -24,8 +22,8 @@ class LengthSums:
 
     def __init__(self, radius_m: float):
         self._radius_m = radius_m
-        self.d_c = ExcessSums(FINE_BIN_M, LENGTH_BINS)
-        self.d_nc = ExcessSums(FINE_BIN_M, LENGTH_BINS)
+        self.d_c = ExcessSums(LENGTH_BIN_M, LENGTH_BINS)
+        self.d_nc = ExcessSums(LENGTH_BIN_M, LENGTH_BINS)
         self._distance_m = 0.0
         self._intervals = 0
 
@@ -33,6 +31,10 @@ class LengthSums:
     def step_m(self) -> float:
         """The head's mean net advance along the wall between two frames; 0 before any episode."""
         return self._distance_m / self._intervals if self._intervals else 0.0
+
+    def steps(self, rule: str = "") -> dict[str, Floats]:
+        """Return the intervals between frames and the head's net advance over them, m."""
+        return {f"advance{rule}": np.array([[self._intervals, self._distance_m]])}
 
     def push(
         self,
@@ -75,9 +77,9 @@ class EpisodeSums:
 
     def __init__(self, radius_m: float) -> None:
         self.lengths = LengthSums(radius_m)
-        self.delta_r_h = ExcessSums(FINE_BIN_M, LENGTH_BINS)
+        self.delta_r_h = ExcessSums(LENGTH_BIN_M, LENGTH_BINS)
         self.by_time = {
-            name: ExcessBlocks(FINE_BIN_M, BLOCK_BINS) for name in ("d_c", "d_nc", "delta_r_h")
+            name: ExcessBlocks(LENGTH_BIN_M, BLOCK_BINS) for name in ("d_c", "d_nc", "delta_r_h")
         }
         self.cycles = 0
         self.reversals = 0
@@ -107,6 +109,27 @@ class EpisodeSums:
             self._add_to_cycle(closed.turn_rad, in_contact=in_contact)
         if closed.cut:
             self._slide_rad, self._last_direction = None, 0
+
+    def sums(self, limit_m: float, depth_limit_m: float) -> dict[str, Floats]:
+        """Return the sums of the episodes above two limits of resolution.
+
+        Parameters
+        ----------
+        limit_m : float
+            Of d_c and d_nc.
+        depth_limit_m : float
+            Of Δr_h.
+        """
+        found = {"reversal_per_cycle": np.array([[self.cycles, self.reversals]], dtype=np.float64)}
+        for name, lengths, limit in (
+            ("d_c", self.lengths.d_c, limit_m),
+            ("d_nc", self.lengths.d_nc, limit_m),
+            ("delta_r_h", self.delta_r_h, depth_limit_m),
+        ):
+            by_time = self.by_time[name].rows(limit)
+            found[name] = lengths.row(limit) if by_time is None else by_time
+            found[f"{name}_excess"] = lengths.excess_histogram(limit)
+        return found | self.lengths.steps()
 
     def _add_to_cycle(self, turn_rad: float, *, in_contact: bool) -> None:
         if in_contact:

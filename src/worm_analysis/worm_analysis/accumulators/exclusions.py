@@ -1,4 +1,8 @@
-"""How many frames count for no estimate, and why."""
+"""How many frames are excluded from every estimate, and why."""
+
+import numpy as np
+
+from worm_msgs_py.arrays import Floats
 
 UNTRACKED = "untracked"
 """The tracker found no head."""
@@ -8,7 +12,7 @@ STALE = "stale"
 """The stamp is not later than that of the frame before."""
 
 
-class LeftOut:
+class Exclusions:
     """Counts of frames.
 
     Attributes
@@ -16,7 +20,7 @@ class LeftOut:
     frames : int
         All frames.
     by_reason : dict of str to int
-        Those that were left out, by reason.
+        Those that are excluded, by reason.
     """
 
     def __init__(self) -> None:
@@ -24,7 +28,14 @@ class LeftOut:
         self.by_reason = dict.fromkeys((UNTRACKED, UNCERTAIN, STALE), 0)
 
     def count(self, reason: str) -> None:
-        """Take a frame; an empty reason is a frame that counts."""
+        """Take a frame; an empty reason is a frame that is used."""
         self.frames += 1
         if reason:
             self.by_reason[reason] += 1
+
+    def sums(self) -> dict[str, Floats]:
+        """Return the number of frames and of those that are excluded for a reason."""
+        return {
+            f"frames_{reason}": np.array([[self.frames, self.by_reason[reason]]], dtype=np.float64)
+            for reason in (UNTRACKED, UNCERTAIN)
+        }

@@ -1,35 +1,21 @@
 """What every frame adds to: histograms of r and ψ, and the sums behind v_w, v_b and contact."""
 
-from collections.abc import Callable
-from math import atan2, nan, pi
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
-from worm_analysis.accumulators.frame_rows import Frames
-from worm_analysis.kinematics.observables import wrap_angle
-from worm_analysis.statistics.block_jackknife import (
-    BlockSums,
-    jackknife_half_width,
-    jackknife_half_widths,
+from worm_analysis.accumulators.bins import (
+    ANGLE_BINS,
+    ANGLE_EDGES,
+    RADIUS_BINS,
+    RADIUS_BINS_PER_R,
+    RADIUS_EDGES,
 )
-from worm_analysis.statistics.estimators import peak_positions
-from worm_analysis.statistics.histograms import bin_centres
-from worm_analysis.statistics.sample_correlation import PearsonEstimate, pearson
+from worm_analysis.accumulators.frame_rows import Frames
+from worm_analysis.statistics.block_jackknife import BlockSums
 from worm_msgs_py import Distribution
-
-Floats = NDArray[np.float64]
-Estimate = tuple[float, float | None]
-"""Value and half width of its 95 % interval (None where it cannot be had)."""
-
-ANGLE_BINS = 180
-ANGLE_EDGES = np.linspace(-pi, pi, ANGLE_BINS + 1)
-RADIUS_BINS_PER_R = 100
-RADIUS_BINS = 120
-RADIUS_EDGES = np.linspace(0.0, RADIUS_BINS / RADIUS_BINS_PER_R, RADIUS_BINS + 1)
-ANGLE_SMOOTHING_BINS = 4.0
-RADIUS_SMOOTHING_BINS = 2.0
+from worm_msgs_py.arrays import Floats, Integers
 
 _HISTOGRAMS = ("r_h", "r_c", "r_t", "psi_b", "psi_h")
 _SUMS = (
@@ -49,11 +35,18 @@ _SUMS = (
     "psi_b_2",
     "theta_dot_psi_b",
 )
+_SUMS_OF = {
+    "contact_fraction": ("contact_known", "contact"),
+    "v_b": ("speed_n", "speed"),
+    "v_b_mean": ("speed_n", "velocity"),
+    "reversal_rate": ("directed_s", "turns_back"),
+    "theta_dot_psi_b": ("pairs", "theta_dot", "psi_b", "theta_dot_2", "psi_b_2", "theta_dot_psi_b"),
+}
+"""Which sums a quantity rests on."""
 _SIZES = {name: RADIUS_BINS if name.startswith("r_") else ANGLE_BINS for name in _HISTOGRAMS}
 _STARTS = dict(
     zip(_HISTOGRAMS, np.cumsum([0, *(_SIZES[name] for name in _HISTOGRAMS)])[:-1], strict=True)
 )
-_RADIUS_CENTRES, _ANGLE_CENTRES = bin_centres(RADIUS_EDGES), bin_centres(ANGLE_EDGES)
 _FIRST_SUM = sum(_SIZES.values())
 _AT = {name: _FIRST_SUM + index for index, name in enumerate(_SUMS)}
 
@@ -127,13 +120,11 @@ class FrameSums:
         directed_s = np.where(moves & (before != 0), interval_s, 0.0)
         return directed_s, (moves & (sign == -before)).astype(np.float64)
 
-    def total(self, name: str) -> float:
-        """Return one of the sums."""
-        return float(self._blocks.total()[_AT[name]])
-
-    def histogram(self, name: str) -> NDArray[np.int64]:
+    def histogram(self, name: str) -> Integers:
         """Return the counts of one of the histograms."""
-        counts: NDArray[np.int64] = np.rint(self._blocks.total()[_columns(name)]).astype(np.int64)
+        counts: Integers = np.rint(self._blocks.rows()[:, _columns(name)].sum(axis=0)).astype(
+            np.int64
+        )
         return counts
 
     def distributions(self) -> list[Distribution]:
@@ -149,78 +140,16 @@ class FrameSums:
             for name in _HISTOGRAMS
         ]
 
-    def ratio(self, above: str, below: str) -> Estimate:
-        """Return the ratio of two sums."""
-        if self.total(below) == 0:
-            return nan, None
-
-        def estimate(sums: Floats) -> Floats:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                quotient: Floats = sums[:, 0] / sums[:, 1]
-            return quotient
-
-        return self._with_interval(estimate, [_AT[above], _AT[below]])
-
-    def correlation(self) -> PearsonEstimate:
-        """Return Pearson's correlation of θ̇_h with ψ_b (paper, Fig. 4a)."""
-        names = ("pairs", "theta_dot", "psi_b", "theta_dot_2", "psi_b_2", "theta_dot_psi_b")
-        return pearson(self._blocks, [_AT[name] for name in names])
-
-    def mean_body_angle(self) -> Estimate:
-        """Return the direction of the sum of ψ_b's unit vectors, rad."""
-        columns = [_AT["sin_psi_b"], _AT["cos_psi_b"]]
-        up, along = self._blocks.total()[columns]
-        mean = atan2(up, along)
-
-        def away(sums: Floats) -> Floats:  # from the mean, or π would be far from −π
-            angle: Floats = wrap_angle(np.arctan2(sums[:, 0], sums[:, 1]) - mean)
-            return angle
-
-        return mean, jackknife_half_width(self._blocks, away, columns)
-
-    def radius_peaks(self) -> tuple[Estimate, ...]:
-        """Return the modes of P(r)/R of head, centroid and tail.
-
-        From the histograms smoothed with a Gaussian of R/50.
-        """
-
-        def estimate(sums: Floats) -> Floats:
-            each = sums.reshape(-1, RADIUS_BINS)
-            smoothed = gaussian_filter1d(each, RADIUS_SMOOTHING_BINS, axis=1, mode="constant")
-            return peak_positions(smoothed, _RADIUS_CENTRES).reshape(-1, 3)
-
-        return self._peaks(estimate, 3, slice(0, 3 * RADIUS_BINS))
-
-    def angle_peaks(self) -> tuple[Estimate, ...]:
-        """Return the modes of P(ψ_b) below and above 0, smoothed with a Gaussian of 8°, rad.
-
-        NaN where the distribution has no maximum of its own on that side.
-        """
-
-        def estimate(sums: Floats) -> Floats:
-            smoothed = gaussian_filter1d(sums, ANGLE_SMOOTHING_BINS, axis=1, mode="wrap")
-            sides = np.split(smoothed, 2, axis=1), np.split(_ANGLE_CENTRES, 2)
-            return np.stack([peak_positions(*side) for side in zip(*sides, strict=True)], axis=1)
-
-        return self._peaks(estimate, 2, _columns("psi_b"))
-
-    def _peaks(
-        self, estimate: Callable[[Floats], Floats], n: int, columns: slice
-    ) -> tuple[Estimate, ...]:
-        values = estimate(self._blocks.total()[None, columns])[0]
-        halves = jackknife_half_widths(self._blocks, estimate, n, columns)
-        return tuple(
-            (float(value), float(half) if half == half else None)
-            for value, half in zip(values, halves, strict=True)
-        )
-
-    def _with_interval(
-        self, estimate: Callable[[Floats], Floats], columns: slice | list[int]
-    ) -> Estimate:
-        value = float(estimate(self._blocks.total()[None, columns])[0])
-        if value != value:
-            return value, None
-        return value, jackknife_half_width(self._blocks, estimate, columns)
+    def sums(self) -> dict[str, Floats]:
+        """Return the sums behind each quantity by blocks of time, the number of items first."""
+        rows = self._blocks.rows()
+        frames = {name: rows[:, _columns(name)] for name in ("r_h", "r_c", "r_t", "psi_b")}
+        directions = rows[:, [_AT["sin_psi_b"], _AT["cos_psi_b"]]]
+        with_body = frames["psi_b"].sum(axis=1, keepdims=True)
+        return frames | {
+            "psi_b_mean": np.hstack([with_body, directions]),
+            **{name: rows[:, [_AT[part] for part in parts]] for name, parts in _SUMS_OF.items()},
+        }
 
 
 def _bins(name: str, position: Floats) -> NDArray[np.intp]:

@@ -1,15 +1,12 @@
 """v_w of the law ⟨v_b⟩ = v_w sin⟨ψ_b⟩, from means over short windows of the trial."""
 
-from math import nan
-
 import numpy as np
-from numpy.typing import NDArray
 
 from worm_analysis.accumulators.frame_rows import Frames
-from worm_analysis.kinematics.angular_speed import NS
-from worm_analysis.statistics.block_jackknife import BlockSums, jackknife_half_width
-
-Floats = NDArray[np.float64]
+from worm_analysis.statistics.block_jackknife import BlockSums
+from worm_analysis.statistics.thinned_points import ThinnedPoints
+from worm_msgs_py.arrays import Floats, Integers
+from worm_msgs_py.units import NS_PER_S
 
 FULL = 0.9
 """A window of which less than this part was seen is left out."""
@@ -31,23 +28,18 @@ class SpeedLaw:
         R.
     window_s : float
         Length of a window.
-
-    Attributes
-    ----------
-    windows : int
-        Windows so far.
     """
 
     def __init__(self, radius_m: float, window_s: float):
         self._radius_m = radius_m
-        self._window_ns = round(window_s * NS)
-        self._blocks = BlockSums(2)
+        self._window_ns = round(window_s * NS_PER_S)
+        self._blocks = BlockSums(3)
         self._stretch = -1
         self._stretch_ns = 0
         self._window = -1
         self._first_ns = self._last_ns = 0
         self._sums = np.zeros(5)
-        self.windows = 0
+        self._points = ThinnedPoints()
 
     def add(self, frames: Frames) -> None:
         """Take frames with the head in a chamber; those without a speed or a body angle go by."""
@@ -66,7 +58,7 @@ class SpeedLaw:
             for part in np.split(piece, np.flatnonzero(np.diff(window)) + 1):
                 self._add_part(stamps_ns[part], rows[:, part])
 
-    def _add_part(self, stamps_ns: NDArray[np.int64], rows: Floats) -> None:
+    def _add_part(self, stamps_ns: Integers, rows: Floats) -> None:
         """Take frames that lie in one window."""
         window = (int(stamps_ns[0]) - self._stretch_ns) // self._window_ns
         if window != self._window:
@@ -83,21 +75,12 @@ class SpeedLaw:
             s = n_left * np.sin(left / max(n_left, 1.0))
             s += n_right * np.sin(right / max(n_right, 1.0))
             v, s = v / (n_left + n_right), s / (n_left + n_right)
-            self._blocks.row(self._first_ns)[:] += (v * s, s * s)
-            self.windows += 1
+            self._blocks.row(self._first_ns)[:] += (1.0, v * s, s * s)
+            self._points.push(s, v)
         self._window = -1
         self._first_ns = self._last_ns = 0
         self._sums = np.zeros(5)
 
-    def speed(self) -> tuple[float, float | None]:
-        """Return v_w in m/s, by least squares through the origin, and half of its interval."""
-
-        def estimate(sums: Floats) -> Floats:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                slope: Floats = sums[:, 0] / sums[:, 1]
-            return slope
-
-        total = self._blocks.total()
-        if not total[1] > 0:
-            return nan, None
-        return float(total[0] / total[1]), jackknife_half_width(self._blocks, estimate)
+    def sums(self) -> dict[str, Floats]:
+        """Return the sums of 1, v·s and s² over windows, and (s, v) of some of the windows."""
+        return {"v_w": self._blocks.rows(), "window_points": self._points.rows()}

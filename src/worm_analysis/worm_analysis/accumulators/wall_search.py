@@ -10,9 +10,10 @@ from worm_analysis.accumulators.frame_rows import FrameRows, Frames
 from worm_analysis.accumulators.frame_sums import FrameSums
 from worm_analysis.accumulators.swimming_speed import SpeedLaw
 from worm_analysis.events.contacts import Approach, ClosedEpisode, ContactEpisodes, ContactSensor
-from worm_analysis.kinematics.angular_speed import NS, AngularSpeed
+from worm_analysis.kinematics.angular_speed import AngularSpeed
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import EpisodeKind, Observables
+from worm_msgs_py.units import NS_PER_S
 
 
 class WallSearch:
@@ -50,7 +51,7 @@ class WallSearch:
 
     def __init__(self, parameters: AnalysisParameters, radius_m: float):
         self.radius_m = radius_m
-        self._max_gap_ns = round(parameters.max_gap_s * NS)
+        self._max_gap_ns = round(parameters.max_gap_s * NS_PER_S)
         self._sensor = ContactSensor(parameters.contact_factor, parameters.release_factor)
         self._approach = Approach(parameters.incidence_window_s)
         self._contacts = ContactEpisodes(radius_m, parameters.min_episode_s)
@@ -170,7 +171,7 @@ class WallSearch:
             if stamp_ns - self._last_ns > self._max_gap_ns:
                 closed = self.break_off()
             else:
-                self._interval_s = (stamp_ns - self._last_ns) / NS
+                self._interval_s = (stamp_ns - self._last_ns) / NS_PER_S
         self._last_ns = stamp_ns
         self.observed_s += self._interval_s
         return closed

@@ -7,8 +7,8 @@ from math import hypot, nan, sqrt
 import numpy as np
 
 from worm_analysis.events.exit_region import ExitCorridor
-from worm_analysis.kinematics.angular_speed import NS
 from worm_msgs_py import Attempt, StrokePhase
+from worm_msgs_py.units import NS_PER_S
 
 
 @dataclass(slots=True)
@@ -35,7 +35,7 @@ class Attempts:
     """
 
     def __init__(self, stroke_window_s: float):
-        self._window_ns = round(stroke_window_s * NS)
+        self._window_ns = round(stroke_window_s * NS_PER_S)
         self._lengths: deque[tuple[int, float]] = deque()
         self._entry: _Entry | None = None
 
@@ -153,7 +153,7 @@ def stroke_phase(lengths: deque[tuple[int, float]]) -> StrokePhase:
     if n < 5:
         return StrokePhase.UNKNOWN
     first = lengths[0][0]
-    t = np.array([(stamp_ns - first) / NS for stamp_ns, _ in lengths])
+    t = np.array([(stamp_ns - first) / NS_PER_S for stamp_ns, _ in lengths])
     length = np.array([value for _, value in lengths])
     t -= t.mean()
     length -= length.mean()

@@ -4,9 +4,9 @@ from collections import deque
 from dataclasses import dataclass
 from math import nan
 
-from worm_analysis.kinematics.angular_speed import NS
 from worm_analysis.kinematics.observables import incidence_angle
 from worm_msgs_py import Episode, EpisodeKind
+from worm_msgs_py.units import NS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ class Approach:
     """The head's last positions, for the direction from which it comes to the wall."""
 
     def __init__(self, window_s: float):
-        self._window_ns = round(window_s * NS)
+        self._window_ns = round(window_s * NS_PER_S)
         self._positions: deque[tuple[int, float, float]] = deque()
 
     def push(self, stamp_ns: int, x_m: float, y_m: float) -> None:
@@ -121,7 +121,7 @@ class ContactEpisodes:
 
     def __init__(self, radius_m: float, min_episode_s: float):
         self._radius_m = radius_m
-        self._min_ns = round(min_episode_s * NS)
+        self._min_ns = round(min_episode_s * NS_PER_S)
         self._chamber = ""
         self._run: _Run | None = None
         self._candidate: _Run | None = None
@@ -164,15 +164,9 @@ class ContactEpisodes:
             return None
         if self._candidate is None:
             self._candidate = _Run(
-                kind,
-                stamp_ns,
-                theta_rad,
-                stamp_ns,
-                theta_rad,
-                depth_m,
-                approach.incidence() if contact else nan,
-                before_rad=self._run.last_rad,
-            )
+                kind, stamp_ns, theta_rad, stamp_ns, theta_rad, depth_m,
+                approach.incidence() if contact else nan, before_rad=self._run.last_rad,
+            )  # fmt: skip
         else:
             _extend(self._candidate, stamp_ns, theta_rad, depth_m)
         if stamp_ns - self._candidate.start_ns < self._min_ns:

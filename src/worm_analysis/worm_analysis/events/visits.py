@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from math import ceil, floor, nan, pi
 
-from worm_analysis.kinematics.angular_speed import NS
 from worm_analysis.kinematics.observables import wrap_angle
 from worm_msgs_py import Visit
+from worm_msgs_py.units import NS_PER_S
 
 
 @dataclass(slots=True)
@@ -115,7 +115,7 @@ class Visits:
 def _visit(stay: _Stay, end_ns: int, *, complete: bool) -> Visit:
     tau_h_s = nan
     if stay.found and stay.first_contact_ns is not None:
-        tau_h_s = (end_ns - stay.first_contact_ns) / NS
+        tau_h_s = (end_ns - stay.first_contact_ns) / NS_PER_S
     return Visit(
         chamber=stay.chamber,
         start_ns=stay.start_ns,

@@ -4,8 +4,7 @@ from collections import deque
 from math import nan
 
 from worm_analysis.kinematics.observables import wrap_angle
-
-NS = 1_000_000_000
+from worm_msgs_py.units import NS_PER_S
 
 
 class UnwrappedAngle:
@@ -45,7 +44,7 @@ class AngularSpeed:
     """
 
     def __init__(self, window_s: float):
-        self._window_ns = round(window_s * NS)
+        self._window_ns = round(window_s * NS_PER_S)
         self._samples: deque[tuple[int, float]] = deque()
 
     def push(self, stamp_ns: int, theta_rad: float) -> float:
@@ -61,7 +60,7 @@ class AngularSpeed:
         if start < target:
             after, later = samples[1]
             past += (later - past) * ((target - start) / (after - start))
-        return (theta_rad - past) * (NS / self._window_ns)
+        return (theta_rad - past) * (NS_PER_S / self._window_ns)
 
     def reset(self) -> None:
         """Forget all frames: what follows is not connected to them."""

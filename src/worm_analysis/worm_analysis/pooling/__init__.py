@@ -1,7 +1,14 @@
-"""Several trials as one: additive sums of each, pooled by exit width, with intervals by trial."""
+"""Several trials as one: their sums added up, grouped by the exit's width; points for figures."""
 
-from worm_analysis.pooling.pool import Pool, group_width_mm
+from worm_analysis.pooling.pool import Pool, Pooled, group_width_mm
+from worm_analysis.pooling.pooled_trial import PooledTrial, pooled_trial
 from worm_analysis.pooling.prediction import WalkPrediction
-from worm_analysis.pooling.trial_sums import TrialSums, trial_sums
 
-__all__ = ["Pool", "TrialSums", "WalkPrediction", "group_width_mm", "trial_sums"]
+__all__ = [
+    "Pool",
+    "Pooled",
+    "PooledTrial",
+    "WalkPrediction",
+    "group_width_mm",
+    "pooled_trial",
+]

@@ -1,4 +1,4 @@
-"""Trials together: their sums added up, resampled by trial, and grouped by exit width."""
+"""Trials together: their sums added up, their numbers, and the groups by exit width."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -6,15 +6,42 @@ from functools import cached_property
 from math import floor, isfinite, log10
 
 import numpy as np
-from numpy.typing import NDArray
 
-from worm_analysis.pooling.trial_sums import TrialSums
-from worm_analysis.results import Floats, ReportError
+from worm_analysis.pooling.pooled_trial import PooledTrial
+from worm_analysis.results import ReportError
+from worm_analysis.summary.quantities import Definition, definitions
+from worm_analysis.summary.settings import EstimateSettings
+from worm_analysis.summary.sums import Sums, TrialSums
+from worm_msgs_py import Quantity
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.paper import EXIT_WIDTHS_MM, SAME_WIDTH
 
-PAPER_WIDTHS_MM = (0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0)
-SAME_EXIT = 0.15
 SAME_RADIUS = 0.01
-RESAMPLES = 1000
+"""Chambers whose radii differ by less than this part are of one size."""
+RULE = "advance_at_"
+"""What the names of the sums under another rule of contact begin with, before its label."""
+BY_TRIALS, WITHIN_TRIALS, NO_INTERVAL = "trials", "within trials", ""
+
+
+@dataclass(frozen=True, slots=True)
+class Pooled:
+    """A number of a pool.
+
+    Attributes
+    ----------
+    quantity : Quantity
+        `n` counts episodes, visits, attempts or frames.
+    trials : int
+        Trials that it rests on.
+    by : str
+        What the interval comes from: ``trials``, left out in turn as blocks of time are; ``within
+        trials``, blocks of time and items alone, where there are fewer than five trials; or
+        nothing.
+    """
+
+    quantity: Quantity
+    trials: int
+    by: str = NO_INTERVAL
 
 
 def group_width_mm(exit_width_mm: float) -> float:
@@ -25,8 +52,8 @@ def group_width_mm(exit_width_mm: float) -> float:
     """
     if not (isfinite(exit_width_mm) and exit_width_mm > 0):
         return float("nan")
-    nearest = min(PAPER_WIDTHS_MM, key=lambda width: abs(width - exit_width_mm))
-    if abs(nearest - exit_width_mm) <= SAME_EXIT * nearest:
+    nearest = min(EXIT_WIDTHS_MM, key=lambda width: abs(width - exit_width_mm))
+    if abs(nearest - exit_width_mm) <= SAME_WIDTH * nearest:
         return nearest
     return round(exit_width_mm, 1 - floor(log10(exit_width_mm)))
 
@@ -37,17 +64,17 @@ class Pool:
 
     Attributes
     ----------
-    trials : tuple of TrialSums
+    trials : tuple of PooledTrial
         At least one, all of one R.
     width_mm : float
         W of all of them; NaN for a pool of several widths, or of none that is known.
     """
 
-    trials: tuple[TrialSums, ...]
+    trials: tuple[PooledTrial, ...]
     width_mm: float = float("nan")
 
     @classmethod
-    def of(cls, trials: Iterable[TrialSums]) -> "Pool":
+    def of(cls, trials: Iterable[PooledTrial]) -> "Pool":
         """Return the pool of all trials.
 
         Raises
@@ -70,7 +97,7 @@ class Pool:
     @cached_property
     def by_width(self) -> tuple["Pool", ...]:
         """A pool for each W, ascending; trials whose W is not known are in none."""
-        groups: dict[float, list[TrialSums]] = {}
+        groups: dict[float, list[PooledTrial]] = {}
         for trial in self.trials:
             groups.setdefault(group_width_mm(trial.exit_width_mm), []).append(trial)
         return tuple(Pool(tuple(groups[w]), w) for w in sorted(groups) if isfinite(w))
@@ -87,33 +114,53 @@ class Pool:
         same = all(len(lag) == len(lags[0]) and np.allclose(lag, lags[0]) for lag in lags)
         return len(lags[0]) > 1 and same
 
+    @cached_property
+    def sums(self) -> Sums:
+        """The sums of all trials; those of C_θ only where all have it at the same lags."""
+        trials: list[TrialSums] = [trial.sums for trial in self.trials]
+        if not self.lags_agree:
+            trials = [{k: v for k, v in sums.items() if k != "c_theta"} for sums in trials]
+        settings = EstimateSettings(max(trial.minimum_n for trial in self.trials))
+        return Sums(trials, self.width_mm, self.trials[0].lag_s, settings)
+
+    @cached_property
+    def numbers(self) -> dict[str, Pooled]:
+        """Every number by name; one that cannot be had has a reason."""
+        rules = [
+            name.removeprefix(RULE)
+            for name in self.trials[0].sums
+            if name.startswith(RULE) and all(name in trial.sums for trial in self.trials)
+        ]
+        return {item.name: self._number(item) for item in definitions(rules)}
+
+    def _number(self, definition: Definition) -> Pooled:
+        quantity, name = definition.of(self.sums), definition.sums
+        way = NO_INTERVAL
+        if quantity.low is not None or quantity.high is not None:
+            way = BY_TRIALS if self.sums.resamples_trials(name) else WITHIN_TRIALS
+        return Pooled(quantity, self.sums.trials_with(name), way)
+
     def total(self, name: str) -> Floats:
-        """Return the sum over trials; empty where no trial has it."""
-        rows = self._rows(name)
-        return rows.sum(axis=0) if len(rows) else np.empty(0)
+        """Return the sums over all trials; empty where no trial has them."""
+        return self.sums.total(name) if self.sums.has(name) else np.empty(0)
 
-    def events(self, name: str) -> Floats:
-        """Return the values of all trials' events, one after the other."""
-        return np.concatenate([trial.events[name] for trial in self.trials])
+    def count(self, name: str, column: int = 0) -> int:
+        """Return one of the sums, which is a number of items; 0 where no trial has them."""
+        return round(self.total(name)[column]) if self.sums.has(name) else 0
 
-    def resampled(self, name: str, resamples: int = RESAMPLES) -> Floats:
-        """Return the sums of samples of trials drawn with replacement, shape (resamples, k)."""
-        rows = self._rows(name)
-        return np.asarray(self._draws(resamples, len(rows)) @ rows)
+    def points(self, name: str) -> Floats:
+        """Return the values of all trials' episodes, visits or frames, one after the other."""
+        return np.concatenate([trial.points[name] for trial in self.trials])
 
-    def _rows(self, name: str) -> Floats:
-        found = [trial.sums[name] for trial in self.trials if name in trial.sums]
-        return np.array(found) if found else np.empty((0, 0))
-
-    @staticmethod
-    def _draws(resamples: int, trials: int) -> NDArray[np.float64]:
-        """Return how often each trial is drawn; the same for every sum."""
-        random = np.random.default_rng(0)
-        return random.multinomial(trials, np.full(trials, 1 / trials), resamples).astype(float)
+    def pairs(self, name: str) -> Floats:
+        """Return the points that all trials saved with their sums, shape (n, 2)."""
+        saved = [trial.sums[name] for trial in self.trials if name in trial.sums]
+        pairs: Floats = np.concatenate([np.empty((0, 2)), *saved])
+        return pairs
 
 
-def _refuse_twins(trials: Sequence[TrialSums]) -> None:
-    """Refuse a trial that is there twice: it would count for two."""
+def _refuse_twins(trials: Sequence[PooledTrial]) -> None:
+    """Refuse a trial that is there twice: it would be counted twice."""
     known: dict[str, str] = {}
     for trial in trials:
         source = trial.provenance.get("source") or {}

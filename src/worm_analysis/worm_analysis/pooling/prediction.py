@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from worm_analysis.results import Floats
+from worm_msgs_py.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -3,16 +3,11 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_analysis.results.tables import Floats, Results
+from worm_analysis.report.figure_settings import FIGURES
+from worm_analysis.results import Results
+from worm_msgs_py.arrays import Floats, Integers
 
-SPAN_S = 60.0
-WHOLE_S = 90.0
-"""A trial that is not longer is shown whole."""
-FEWEST_KNOWN = 0.9
-SHORTEST_STAY_S = 20.0
-DIRECTION_S = 5.0
-
-Indices = NDArray[np.int64]
+Indices = Integers
 
 
 def example_spans(results: Results, count: int = 3) -> list[Indices]:
@@ -36,7 +31,7 @@ def example_spans(results: Results, count: int = 3) -> list[Indices]:
     t_s, theta = results.t_s, results.tracks["theta_h_rad"]
     if not np.isfinite(theta).any():
         return []
-    if t_s[-1] <= WHOLE_S:
+    if t_s[-1] <= FIGURES.whole_s:
         return [np.arange(len(t_s), dtype=np.int64)]
     ranked = sorted(candidates(results), key=lambda item: item[0])
     chosen = np.unique(np.rint(np.linspace(0, len(ranked) - 1, count)).astype(int))
@@ -52,13 +47,16 @@ def candidates(results: Results) -> list[tuple[int, Indices]]:
     t_s, theta = results.t_s, results.tracks["theta_h_rad"]
     where = results.tracks["where"]
     found = []
-    window = (t_s // SPAN_S).astype(np.int64)
+    window = (t_s // FIGURES.example_s).astype(np.int64)
     for rows in np.split(np.arange(len(t_s)), np.flatnonzero(np.diff(window)) + 1):
-        if len(rows) == 0 or t_s[rows[-1]] - t_s[rows[0]] < FEWEST_KNOWN * SPAN_S:
+        if (
+            len(rows) == 0
+            or t_s[rows[-1]] - t_s[rows[0]] < FIGURES.fewest_known * FIGURES.example_s
+        ):
             continue
         known = np.isfinite(theta[rows])
         one_place = len(set(where[rows][known])) == 1
-        if one_place and known.mean() >= FEWEST_KNOWN:
+        if one_place and known.mean() >= FIGURES.fewest_known:
             found.append((reversals(t_s[rows], theta[rows]), rows))
     return found or _stays(t_s, theta, where)
 
@@ -69,8 +67,12 @@ def _stays(t_s: Floats, theta: Floats, where: NDArray[np.object_]) -> list[tuple
     change = np.flatnonzero((where[1:] != where[:-1]) | (inside[1:] != inside[:-1])) + 1
     found = []
     for stay in np.split(np.arange(len(t_s)), change):
-        rows = stay[t_s[stay] - t_s[stay[0]] <= SPAN_S] if len(stay) else stay
-        if len(rows) and inside[rows[0]] and t_s[rows[-1]] - t_s[rows[0]] >= SHORTEST_STAY_S:
+        rows = stay[t_s[stay] - t_s[stay[0]] <= FIGURES.example_s] if len(stay) else stay
+        if (
+            len(rows)
+            and inside[rows[0]]
+            and t_s[rows[-1]] - t_s[rows[0]] >= FIGURES.shortest_stay_s
+        ):
             found.append((reversals(t_s[rows], theta[rows]), rows))
     return found
 
@@ -81,7 +83,7 @@ def reversals(t_s: Floats, theta_rad: Floats) -> int:
     t_s, theta_rad = t_s[known], theta_rad[known]
     if len(t_s) < 2:
         return 0
-    at = np.arange(t_s[0], t_s[-1], DIRECTION_S)
+    at = np.arange(t_s[0], t_s[-1], FIGURES.direction_s)
     turned = np.sign(np.diff(np.interp(at, t_s, theta_rad)))
     turned = turned[turned != 0]
     return int(np.count_nonzero(turned[1:] != turned[:-1]))

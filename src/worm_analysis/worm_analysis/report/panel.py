@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from worm_analysis.wording import items_in_words
+
 THIN_SPACE = "\u2009"
 
 
@@ -57,7 +59,12 @@ NO_CHAMBER = "no chamber in the picture"
 
 def counted(number: int, items: str) -> str:
     """Write ``n = 18 000 frames`` with thin spaces between thousands."""
-    return f"n\u00a0=\u00a0{thousands(number)} {items}"
+    return f"n\u00a0=\u00a0{number_of(number, items)}"
+
+
+def number_of(number: int, items: str) -> str:
+    """Write ``18 000 frames``, or ``1 frame``; items are named in the plural."""
+    return f"{thousands(number)} {items_in_words(number, items)}"
 
 
 def thousands(number: int) -> str:

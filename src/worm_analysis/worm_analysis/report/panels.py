@@ -2,14 +2,13 @@
 
 from collections.abc import Callable
 
-from worm_analysis.report.evidence import Evidence, of_trial
 from worm_analysis.report.figures.body_angle import body_angle
 from worm_analysis.report.figures.direction_correlation import persistence
 from worm_analysis.report.figures.first_contact import first_contact
 from worm_analysis.report.figures.forecasts import forecasts
 from worm_analysis.report.figures.joint_question import joint_question
 from worm_analysis.report.figures.model_comparison import model_comparison
-from worm_analysis.report.figures.penetration import penetration
+from worm_analysis.report.figures.penetration import penetration_depths
 from worm_analysis.report.figures.picture_motion import picture_motion, picture_trajectories
 from worm_analysis.report.figures.radial_distance import radii
 from worm_analysis.report.figures.search_by_width import search_time_by_width, skips_by_width
@@ -25,9 +24,10 @@ from worm_analysis.report.figures.time_traces import Example, time_traces, trace
 from worm_analysis.report.figures.trajectories import trajectories
 from worm_analysis.report.figures.wall_distances import wall_distances
 from worm_analysis.report.panel import Panel
+from worm_analysis.report.report_data import ReportData, of_trial
 from worm_analysis.results import Results
 
-Maker = Callable[[Evidence], Panel]
+Maker = Callable[[ReportData], Panel]
 
 POSITIONS: tuple[Maker, ...] = (radii, body_angle)
 MOTION: tuple[Maker, ...] = (
@@ -43,12 +43,12 @@ MEMORY: tuple[Maker, ...] = (persistence, first_contact)
 
 def all_panels(results: Results) -> list[Panel]:
     """Return every panel of one trial; without a chamber those in the picture come first."""
-    evidence = of_trial(results)
+    data = of_trial(results)
     paper = [
         trajectories(results),
-        *(make(evidence) for make in POSITIONS),
+        *(make(data) for make in POSITIONS),
         time_traces(results),
-        *(make(evidence) for make in (*MOTION, *MEMORY, penetration)),
+        *(make(data) for make in (*MOTION, *MEMORY, penetration_depths)),
     ]
     if not results.chambers:
         own = [picture_trajectories(results), picture_motion(results), statuses(results)]
@@ -66,10 +66,10 @@ def _model(results: Results) -> list[Panel]:
     return [make(results) for make in (model_comparison, joint_question, forecasts)]
 
 
-def pooled_panels(evidence: Evidence, examples: list[Example]) -> list[Panel]:
+def pooled_panels(data: ReportData, examples: list[Example]) -> list[Panel]:
     """Return every figure of the paper from a pool of trials."""
     return [
-        *(make(evidence) for make in POSITIONS),
+        *(make(data) for make in POSITIONS),
         traces(examples),
-        *(make(evidence) for make in (*MOTION, *BY_WIDTH, *MEMORY, success, penetration)),
+        *(make(data) for make in (*MOTION, *BY_WIDTH, *MEMORY, success, penetration_depths)),
     ]

@@ -10,12 +10,11 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 from markupsafe import Markup
 
-from worm_analysis.pooling import Pool, WalkPrediction, group_width_mm, trial_sums
-from worm_analysis.pooling.estimates import Pooled
+from worm_analysis.pooling import Pool, Pooled, WalkPrediction, group_width_mm, pooled_trial
 from worm_analysis.report.examples import Indices, candidates
 from worm_analysis.report.report import environment, source_name, trial_context
 from worm_analysis.results import ReportError, Results, read_results
-from worm_analysis.results.tables import REMEDY as REMEDY_OF_ONE
+from worm_analysis.results.errors import REMEDY as REMEDY_OF_ONE
 from worm_msgs_py.whole_files import whole_file
 
 EXAMPLES = 3
@@ -70,33 +69,43 @@ def write_pooled_report(
     """
     pool, shown = _read(directories, progress)
     # Drawing is slow to import, and most users of this package draw nothing.
-    from worm_analysis.report.evidence import of_pool
-    from worm_analysis.report.panels import pooled_panels, single_panels
-    from worm_analysis.report.theme import style, to_svg
+    from worm_analysis.report.report_data import of_pool
 
-    evidence = of_pool(pool, walks(pool))
+    data = of_pool(pool, walks(pool))
     single = read_results(directories[0]) if len(directories) == 1 else None
-    document = _document(evidence, software or {})
-    with style():
-        panels = pooled_panels(evidence, _examples(shown))
-        if single is not None:
-            panels += single_panels(single)
-        drawn = []
-        for panel in panels:
-            svg = Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else ""
-            drawn.append((panel, svg, Markup(panel.reading)))
-            if panel.figure:  # it has found its layout, which takes longer than drawing it again
-                panel.figure.set_layout_engine("none")
-            _write_figure(panel, out / "figures", document["provenance"])
-            _write_tables(panel, out / "tables")
-    _write_numbers(evidence, out / "tables")
-    html = _render(evidence, drawn, single, document)
+    document = _document(data, software or {})
+    drawn = [
+        _write_panel(panel, out, document["provenance"]) for panel in _panels(data, shown, single)
+    ]
+    _write_numbers(data, out / "tables")
     path = out / "report.html"
-    path.write_text(html, encoding="utf-8", newline="\n")
+    path.write_text(_render(data, drawn, single, document), encoding="utf-8", newline="\n")
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
     with whole_file(out / "summary.json") as unfinished:  # last: where it is, all is
         unfinished.write_text(text + "\n", encoding="utf-8")
     return path
+
+
+def _panels(data: Any, shown: list[_Candidate], single: Results | None) -> list[Any]:
+    from worm_analysis.report.panels import pooled_panels, single_panels
+    from worm_analysis.report.theme import style
+
+    with style():
+        panels = pooled_panels(data, _examples(shown))
+        return panels if single is None else panels + single_panels(single)
+
+
+def _write_panel(panel: Any, out: Path, provenance: Mapping[str, Any]) -> tuple[Any, str, str]:
+    """Write a panel's figure and tables; return it with its figure as SVG."""
+    from worm_analysis.report.theme import style, to_svg
+
+    with style():
+        svg = Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else ""
+        if panel.figure:  # it has found its layout, which takes longer than drawing it again
+            panel.figure.set_layout_engine("none")
+        _write_figure(panel, out / "figures", provenance)
+    _write_tables(panel, out / "tables")
+    return panel, svg, Markup(panel.reading)
 
 
 def _read(
@@ -115,7 +124,7 @@ def _read(
         name = source_name(results.provenance)
         if results.why_not_complete:
             name += " (ended before its time)"
-        trials.append(trial_sums(results, name, directory.name))
+        trials.append(pooled_trial(results, name, directory.name))
         shown += [_Candidate(turns, directory, rows) for turns, rows in candidates(results)]
         shown = _few(shown)
         progress(number + 1, len(directories))
@@ -147,18 +156,18 @@ def _examples(shown: list[_Candidate]) -> list[Any]:
     return found
 
 
-def _document(evidence: Any, software: Mapping[str, str]) -> dict[str, Any]:
+def _document(data: Any, software: Mapping[str, str]) -> dict[str, Any]:
     """Return `summary.json`: the numbers, all trials, what the walks were run with."""
-    pool = evidence.pool
+    pool = data.pool
     document = {
-        "quantities": {name: _entry(found) for name, found in evidence.everything.items()},
+        "quantities": {name: _entry(found) for name, found in pool.numbers.items()},
         "by_width": {
             f"{part.width_mm:g}": {name: _entry(found) for name, found in numbers.items()}
-            for part, numbers in evidence.by_width
+            for part, numbers in data.by_width
         },
         "walks": [
             {"parameters_of": "this data" if walk.is_own else "the paper", **walk.parameters}
-            for walk in evidence.walks
+            for walk in data.walks
         ],
         "provenance": {
             **software,
@@ -235,16 +244,16 @@ def write_csv(path: Path, columns: Mapping[str, Any]) -> None:
     pa_csv.write_csv(pa.table(arrays), path)
 
 
-def _write_numbers(evidence: Any, folder: Path) -> None:
+def _write_numbers(data: Any, folder: Path) -> None:
     """Write every number of every W, and the list of trials."""
-    rows = [("all", found) for found in evidence.everything.values()]
-    for part, numbers in evidence.by_width:
+    rows = [("all", found) for found in data.pool.numbers.values()]
+    for part, numbers in data.by_width:
         rows += [(f"{part.width_mm:g}", found) for found in numbers.values()]
     entries = [{"W_mm": w, "quantity": p.quantity.name, **_entry(p)} for w, p in rows]
     names = ("W_mm", "quantity", "value", "low", "high", "unit", "n", "trials", "interval_by",
              "paper", "why")  # fmt: skip
     write_csv(folder / "numbers.csv", {n: [e.get(n) for e in entries] for n in names})
-    trials = evidence.pool.trials
+    trials = data.pool.trials
     write_csv(
         folder / "trials.csv",
         {
@@ -261,21 +270,25 @@ def _write_numbers(evidence: Any, folder: Path) -> None:
 
 
 def _render(
-    evidence: Any, panels: list[Any], single: Results | None, document: Mapping[str, Any]
+    data: Any, panels: list[Any], single: Results | None, document: Mapping[str, Any]
 ) -> str:
-    pool = evidence.pool
-    names = list(evidence.everything)
+    pool = data.pool
+    names = list(pool.numbers)
     context = {} if single is None else trial_context(single)
     return environment().get_template("pooled.html.j2").render(
         **{"units": {"1": "", "deg": "°"}, **context},
         single=single,
         title=_title(pool),
         pool=pool,
-        widths=[part.width_mm for part, _ in evidence.by_width],
-        everything=[evidence.everything[name] for name in names],
-        by_width=[[numbers[name] for _, numbers in evidence.by_width] for name in names],
-        walks=evidence.walks,
-        interval_text=evidence.interval_text,
+        widths=[part.width_mm for part, _ in data.by_width],
+        everything=list(pool.numbers.values()),
+        by_width=[
+            [numbers[name] for _, numbers in data.by_width]
+            for name in names
+            if all(name in numbers for _, numbers in data.by_width)
+        ],
+        walks=data.walks,
+        interval_text=data.interval_text,
         settings=differing_settings(pool),
         group=group_width_mm,
         panels=panels,

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from worm_analysis.report import numbers, symbols
 from worm_analysis.report.panel import NO_CHAMBER, thousands
-from worm_analysis.results.tables import Results, read_results
+from worm_analysis.results import Results, read_results
 from worm_msgs_py import Status
 from worm_msgs_py.source_events import in_words
 from worm_msgs_py.text import printable

@@ -1,12 +1,8 @@
-"""A results directory as the recorder wrote it: read, checked, in arrays."""
+"""The files of a results directory: schema, writer and reader of each in one module."""
 
 from worm_analysis.results.errors import ReportError
-from worm_analysis.results.tables import (
-    Columns,
-    Floats,
-    Results,
-    chamber_of,
-    read_results,
-)
+from worm_analysis.results.parquet_table import Columns
+from worm_analysis.results.results import Results, read_results
+from worm_analysis.results.summary import chamber_of
 
-__all__ = ["Columns", "Floats", "ReportError", "Results", "chamber_of", "read_results"]
+__all__ = ["Columns", "ReportError", "Results", "chamber_of", "read_results"]

@@ -1,20 +1,21 @@
 """Sums over blocks of time, from which correlated series get honest errors in fixed memory."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from math import isfinite, nan, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from worm_analysis.kinematics.angular_speed import NS
-
-Floats = NDArray[np.float64]
-
-Columns = slice | list[int]
-EVERY = slice(None)
+from worm_msgs_py.arrays import Floats, Integers
+from worm_msgs_py.units import NS_PER_S
 
 MOST_BLOCKS = 128
+MOST_UNITS = MOST_BLOCKS // 2
 FEWEST_BLOCKS = 8
+"""Fewer parts tell nothing of an error."""
+FEWEST_TRIALS = 5
+"""Fewer trials cannot say by how much trials differ."""
 
 
 class BlockSums:
@@ -33,7 +34,7 @@ class BlockSums:
 
     def __init__(self, size: int, block_s: float = 5.0):
         self._rows: Floats = np.zeros((MOST_BLOCKS, size))
-        self._block_ns = round(block_s * NS)
+        self._block_ns = round(block_s * NS_PER_S)
         self._start_ns: int | None = None
         self._used = 0
 
@@ -52,7 +53,7 @@ class BlockSums:
         row: Floats = self._rows[index]
         return row
 
-    def add(self, stamps_ns: NDArray[np.int64], columns: NDArray[np.intp], values: Floats) -> None:
+    def add(self, stamps_ns: Integers, columns: NDArray[np.intp], values: Floats) -> None:
         """Add many values at once, to the last bit as if they came one by one.
 
         Parameters
@@ -76,7 +77,7 @@ class BlockSums:
             self._used = max(self._used, int(index[-1]) + 1)
             done = upto
 
-    def add_rows(self, stamps_ns: NDArray[np.int64], rows: Floats) -> None:
+    def add_rows(self, stamps_ns: Integers, rows: Floats) -> None:
         """Add whole vectors of whole numbers, whose sums are exact in any order.
 
         Parameters
@@ -97,91 +98,98 @@ class BlockSums:
             self._used = max(self._used, int(index[-1]) + 1)
             done = upto
 
-    def total(self) -> Floats:
-        """Return the sum over all blocks, shape (size,)."""
-        total: Floats = self._rows[: self._used].sum(axis=0)
-        return total
-
-    def levels(self, columns: Columns = EVERY) -> Iterator[Floats]:
-        """Yield the blocks, at most 64, then pairs of them, and so on, down to eight.
-
-        Parameters
-        ----------
-        columns : slice or sequence of int
-            The part of the vector that is wanted.
-
-        Yields
-        ------
-        ndarray, shape (blocks, columns)
-            Blocks in which nothing was summed are left out.
-        """
-        rows = self._rows[: self._used, columns]
-        while True:
-            if len(rows) <= MOST_BLOCKS // 2:
-                filled = rows[rows.any(axis=1)]
-                if len(filled) < FEWEST_BLOCKS:
-                    return
-                yield filled
-            if len(rows) % 2:
-                rows = np.vstack([rows, np.zeros_like(rows[:1])])
-            rows = rows[0::2] + rows[1::2]
+    def rows(self) -> Floats:
+        """Return a copy of the blocks, 1 to 64 of them, shape (blocks, size)."""
+        rows = self._rows[: max(1, self._used)]
+        return rows.copy() if len(rows) <= MOST_UNITS else _in_pairs(rows)
 
 
-def jackknife_half_width(
-    blocks: BlockSums,
-    estimate: Callable[[Floats], Floats],
-    columns: Columns = EVERY,
-    level: float = 0.95,
-) -> float | None:
-    """Return the half width of the confidence interval of an estimate from sums.
+class Units:
+    """Parts of the data that can be left out in turn: blocks of time, and whole trials.
 
-    Each block is left out in turn. Blocks shorter than the correlation time give errors that are
-    too small, so all lengths of blocks down to eight of them are tried and the largest error is
-    taken.
+    The largest error over all sizes of parts is the honest one (`jackknife_half_width`): blocks of
+    time allow for frames that follow each other, whole trials for worms that differ.
 
     Parameters
     ----------
-    blocks : BlockSums
+    trials : sequence of ndarray, each of shape (blocks, size)
+        The sums of each trial by blocks of time; one block where they were not kept by time.
+    """
+
+    def __init__(self, trials: Sequence[Floats]):
+        # In one order of memory: sums are then the same to the last bit, read or just made.
+        self._trials = [np.ascontiguousarray(rows) for rows in trials]
+
+    def total(self) -> Floats:
+        """Return the sum over everything, shape (size,)."""
+        total: Floats = np.sum([rows.sum(axis=0) for rows in self._trials], axis=0)
+        return total
+
+    def levels(self) -> Iterator[Floats]:
+        """Yield the parts: blocks of time, pairs of them, and so on, and at last whole trials.
+
+        Each trial's blocks are added up in pairs down to eight of them; a trial of fewer is one
+        part. Whole trials come where there are five or more.
+
+        Yields
+        ------
+        ndarray, shape (parts, size)
+            Parts in which nothing was summed are left out.
+        """
+        trials = [rows for rows in self._trials if rows.any()]
+        whole = [rows.sum(axis=0, keepdims=True) for rows in trials]
+        rows = list(trials)
+        while True:
+            filled = [part[part.any(axis=1)] for part in rows]
+            enough = [len(part) >= FEWEST_BLOCKS for part in filled]
+            if not any(enough):
+                break
+            choices = zip(filled, enough, whole, strict=True)
+            yield np.vstack([part if many else one for part, many, one in choices])
+            rows = [_in_pairs(part) for part in rows]
+        if len(whole) >= FEWEST_TRIALS:
+            units = np.vstack(whole)
+            while len(units) > MOST_UNITS:
+                units = _in_pairs(units)
+            yield units
+
+
+def _in_pairs(rows: Floats) -> Floats:
+    """Return neighbouring rows added up; an odd last one stays alone."""
+    if len(rows) % 2:
+        rows = np.vstack([rows, np.zeros_like(rows[:1])])
+    pairs: Floats = rows[0::2] + rows[1::2]
+    return pairs
+
+
+def jackknife_half_width(
+    units: Units, estimate: Callable[[Floats], Floats], level: float = 0.95
+) -> float:
+    """Return the half width of the confidence interval of an estimate from sums.
+
+    Each part is left out in turn. Blocks shorter than the correlation time give errors that are
+    too small, so all sizes of parts are tried and the largest error is taken.
+
+    Parameters
+    ----------
+    units : Units
         The sums.
     estimate : callable
-        Maps sums of shape (m, columns) to m estimates.
-    columns : slice or sequence of int
-        The part of the sums that it needs.
+        Maps sums of shape (m, size) to m estimates.
     level : float
         Confidence.
 
     Returns
     -------
-    float or None
-        None where there are fewer than eight blocks, or an estimate without one of them is NaN.
+    float
+        NaN where there are too few parts, or an estimate without one of them is NaN.
     """
-
-    def column(sums: Floats) -> Floats:
-        return estimate(sums)[:, None]
-
-    half = float(jackknife_half_widths(blocks, column, 1, columns, level)[0])
-    return half if np.isfinite(half) else None
-
-
-def jackknife_half_widths(
-    blocks: BlockSums,
-    estimate: Callable[[Floats], Floats],
-    n_estimates: int,
-    columns: Columns = EVERY,
-    level: float = 0.95,
-) -> Floats:
-    """Return the half widths of several estimates from the same sums, shape (n_estimates,).
-
-    As `jackknife_half_width`, with an `estimate` that maps sums of shape (m, columns) to estimates
-    of shape (m, n_estimates); NaN in place of None.
-    """
-    widest: Floats = np.full(n_estimates, np.nan)
-    unknown = np.zeros(n_estimates, dtype=np.bool_)
-    for rows in blocks.levels(columns):
-        left_out = estimate(rows.sum(axis=0) - rows)
+    widest = nan
+    for rows in units.levels():
+        without_one = estimate(rows.sum(axis=0) - rows)
         k = len(rows)
-        error = np.sqrt((k - 1) / k * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))
-        unknown |= ~np.isfinite(error)
-        widest = np.fmax(widest, float(stdtrit(k - 1, (1 + level) / 2)) * error)
-    widest[unknown] = np.nan
+        error = sqrt((k - 1) / k * float(np.sum((without_one - without_one.mean()) ** 2)))
+        if not isfinite(error):
+            return nan
+        widest = float(np.fmax(widest, stdtrit(k - 1, (1 + level) / 2) * error))
     return widest

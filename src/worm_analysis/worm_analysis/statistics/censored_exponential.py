@@ -1,14 +1,10 @@
 """Sums of lengths of episodes, from which exponential laws are fitted above any cut-off."""
 
-from math import nan
-
 import numpy as np
-from numpy.typing import NDArray
 
-from worm_analysis.statistics.block_jackknife import BlockSums, jackknife_half_width
+from worm_analysis.statistics.block_jackknife import BlockSums
 from worm_msgs_py import Distribution
-
-Floats = NDArray[np.float64]
+from worm_msgs_py.arrays import Floats
 
 
 class ExcessSums:
@@ -53,22 +49,30 @@ class ExcessSums:
         n, total = self._n[:, first:].sum(axis=1), self._sum[:, first:].sum()
         return int(n[1]), float(total - n.sum() * edge), edge
 
-    def complete_above(self, cutoff: float) -> tuple[NDArray[np.int64], float]:
-        """Return the counts of complete episodes in fine bins from the cut-off on, and their mean.
+    def row(self, cutoff: float) -> Floats:
+        """Return what is above a cut-off, shape (1, 4).
+
+        Complete episodes above it, the sum of what all above it exceed it by, complete episodes of
+        any length, and the length of all episodes.
+        """
+        n, excess, _ = self.above(cutoff)
+        return np.array([[n, excess, self._n[1].sum(), self._sum.sum()]], dtype=np.float64)
+
+    def excess_histogram(self, cutoff: float) -> Floats:
+        """Return the counts of complete episodes in fine bins from the cut-off on, and their sum.
 
         Returns
         -------
-        counts : ndarray of int64
-            The first bin begins at the cut-off, the last one has no end.
-        excess : float
-            Mean of what they are longer than the cut-off; NaN without any.
+        ndarray, shape (1, n_bins + 1)
+            The first bin begins at the cut-off; last, the sum of what they are longer than it.
         """
         first = min(int(np.ceil(cutoff / self._bin_width - 1e-9)), self._n.shape[1] - 1)
-        counts: NDArray[np.int64] = self._n[1, first:]
-        n = int(counts.sum())
-        if n == 0:
-            return counts, nan
-        return counts, float(self._sum[1, first:].sum() / n - first * self._bin_width)
+        counts = self._n[1, first:]
+        row = np.zeros((1, self._n.shape[1] + 1))
+        row[0, : len(counts)] = counts
+        excess = self._sum[1, first:].sum() - counts.sum() * first * self._bin_width
+        row[0, -1] = excess
+        return row
 
     @property
     def bin_width(self) -> float:
@@ -109,24 +113,21 @@ class ExcessBlocks:
         row[self._bins + bin_] += 1.0
         row[2 * self._bins + bin_] += length
 
-    def half_width(self, cutoff: float) -> float | None:
-        """Return half of the 95 % interval of the mean excess above a cut-off.
+    def rows(self, cutoff: float) -> Floats | None:
+        """Return what is above a cut-off by blocks of time.
 
         Returns
         -------
-        float or None
-            None where there are fewer than eight blocks, or the cut-off is beyond the last bin.
+        ndarray, shape (blocks, 4), or None
+            As `ExcessSums.row`; None where the cut-off is beyond the last bin.
         """
         first = int(np.ceil(cutoff / self._bin_width - 1e-9))
         if first >= self._bins:
             return None
-        edge = first * self._bin_width
-
-        def estimate(sums: Floats) -> Floats:
-            complete, everyone, length = np.split(sums, 3, axis=1)
-            n = complete[:, first:].sum(axis=1)
-            excess = length[:, first:].sum(axis=1) - edge * everyone[:, first:].sum(axis=1)
-            mean: Floats = np.divide(excess, n, out=np.full(len(n), nan), where=n > 0)
-            return mean
-
-        return jackknife_half_width(self._blocks, estimate)
+        complete, everyone, length = np.split(self._blocks.rows(), 3, axis=1)
+        excess = length[:, first:].sum(axis=1)
+        excess -= first * self._bin_width * everyone[:, first:].sum(axis=1)
+        return np.stack(
+            [complete[:, first:].sum(axis=1), excess, complete.sum(axis=1), length.sum(axis=1)],
+            axis=1,
+        )

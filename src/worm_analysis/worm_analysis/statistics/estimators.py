@@ -1,14 +1,14 @@
 """Estimates with 95 % intervals from sums: means of exponential laws, fractions, rates, peaks."""
 
-from math import expm1, isfinite, log, log1p
+from math import expm1, log, log1p
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import betaincinv, chdtri
 
-Floats = NDArray[np.float64]
+from worm_msgs_py.arrays import Floats
+
 Estimate = tuple[float, float, float]
-"""Value, low, high."""
+"""Value, low and high; NaN where it cannot be had."""
 
 TAIL = 0.025
 
@@ -128,11 +128,6 @@ def peak_positions(smoothed: Floats, centres: Floats) -> Floats:
     bend = left - 2 * middle + right
     shift = np.divide(left - right, 2 * bend, out=np.zeros(len(rows)), where=bend < 0)
     return np.where(inside, centres[top] + shift * (centres[1] - centres[0]), np.nan)
-
-
-def finite_or_none(value: float) -> float | None:
-    """Return None in place of NaN or infinity."""
-    return float(value) if isfinite(value) else None
 
 
 def _chi2(degrees: int, probability: float) -> float:

@@ -3,15 +3,14 @@
 from math import exp, nan
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from worm_msgs_py.arrays import Integers
 
 LARGEST = 10.0
 """Beyond this the approximation of p turns round; p is below 10⁻⁶ there."""
 
 
-def exponential_p(counts: NDArray[np.int64], width: float, mean: float) -> float:
+def exponential_p(counts: Integers, width: float, mean: float) -> float:
     """Return the probability of a fit as bad as this one, were the law exponential.
 
     Parameters
@@ -60,7 +59,7 @@ def p_of_statistic(statistic: float) -> float:
     return 1 - exp(-12.2204 + 67.459 * a - 110.3 * a * a)
 
 
-def grouped(counts: NDArray[np.int64], per_group: int) -> NDArray[np.int64]:
+def grouped(counts: Integers, per_group: int) -> Integers:
     """Return the counts of so many bins together; the last group has no end.
 
     Parameters

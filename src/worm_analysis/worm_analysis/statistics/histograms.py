@@ -1,9 +1,6 @@
 """Histograms with fixed bins."""
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from worm_msgs_py.arrays import Floats
 
 
 def bin_centres(edges: Floats) -> Floats:

@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from worm_analysis.statistics.estimators import Estimate
-
-Floats = NDArray[np.float64]
+from worm_msgs_py.arrays import Floats, Integers, Mask
 
 CRITICAL = 1.9207
 """Fall of the log likelihood at the ends of a 95 % interval: half of χ²'s quantile."""
@@ -33,7 +31,7 @@ class Penetration:
     const: Estimate
 
 
-def fit_penetration(edges: Floats, counts: NDArray[np.int64]) -> Penetration:
+def fit_penetration(edges: Floats, counts: Integers) -> Penetration:
     """Fit a decay over a constant to depths in bins (paper, section on Fig. 9).
 
     A failure is one of two kinds: the head turns back with a constant probability per length, or
@@ -85,7 +83,7 @@ def fit_penetration(edges: Floats, counts: NDArray[np.int64]) -> Penetration:
 class _Chances:
     """The bins that hold something, and the chance of each under the mixture."""
 
-    def __init__(self, edges: Floats, counts: NDArray[np.int64]):
+    def __init__(self, edges: Floats, counts: Integers):
         held = counts > 0
         self._low, self._high = edges[:-1][held] - edges[0], edges[1:][held] - edges[0]
         self._span = float(edges[-1] - edges[0])
@@ -119,7 +117,7 @@ def _climb(
     return float(found.x[0]), float(found.x[1])
 
 
-def _around(grid: Floats, near: NDArray[np.bool_], n: int, best: float) -> Floats:
+def _around(grid: Floats, near: Mask, n: int, best: float) -> Floats:
     """Return a finer grid over the part of a grid that is near, one step wider on each side."""
     at = np.flatnonzero(near)
     low, high = grid[max(0, at[0] - 1)], grid[min(len(grid) - 1, at[-1] + 1)]

@@ -3,7 +3,8 @@
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
+
+from worm_msgs_py.arrays import Integers
 
 
 class RunningMedian:
@@ -30,7 +31,7 @@ class RunningMedian:
         return self._n
 
     @property
-    def counts(self) -> NDArray[np.int64]:
+    def counts(self) -> Integers:
         """Number of values in each bin."""
         return np.array(self._counts, dtype=np.int64)
 

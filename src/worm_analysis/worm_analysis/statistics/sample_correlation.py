@@ -3,48 +3,38 @@
 from math import nan
 
 import numpy as np
-from numpy.typing import NDArray
 
-from worm_analysis.statistics.block_jackknife import BlockSums, jackknife_half_width
-
-Floats = NDArray[np.float64]
-
-PearsonEstimate = tuple[float, float, float] | tuple[float, None]
-"""Value, low and high; or value and None where there is no interval."""
+from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
+from worm_analysis.statistics.estimators import Estimate
+from worm_msgs_py.arrays import Floats
 
 NO_SPREAD = 1e-12
 """A variance below this part of the mean square is rounding: the series does not vary."""
 
 
-def pearson(blocks: BlockSums, columns: list[int], level: float = 0.95) -> PearsonEstimate:
+def pearson(units: Units, level: float = 0.95) -> Estimate:
     """Return the correlation and its interval.
 
-    The interval is that of Fisher's z = artanh r, whose error comes from leaving out blocks of
-    time (`jackknife_half_width`): frames that follow each other are not independent.
+    The interval is that of Fisher's z = artanh r, whose error comes from leaving out parts of the
+    data (`jackknife_half_width`): frames that follow each other are not independent.
 
     Parameters
     ----------
-    blocks : BlockSums
-        The sums.
-    columns : list of int
-        Where the sums of 1, x, y, x², y² and xy are.
+    units : Units
+        The sums of 1, x, y, x², y² and xy.
     level : float
         Confidence.
 
     Returns
     -------
-    (float, float, float) or (float, None)
-        Value, low and high; without an interval where there are fewer than eight blocks, and NaN
-        where x or y does not vary.
+    (float, float, float)
+        Value, low and high; no interval (NaN) where there are too few parts, and all NaN where x
+        or y does not vary.
     """
-    r = float(correlation_of_sums(blocks.total()[None, columns])[0])
+    r = float(correlation_of_sums(units.total()[None])[0])
     if r != r or abs(r) >= 1:
-        return r, None
-    half = jackknife_half_width(
-        blocks, lambda sums: np.arctanh(correlation_of_sums(sums)), columns, level
-    )
-    if half is None:
-        return r, None
+        return r, nan, nan
+    half = jackknife_half_width(units, lambda sums: np.arctanh(correlation_of_sums(sums)), level)
     z = np.arctanh(r)
     return r, float(np.tanh(z - half)), float(np.tanh(z + half))
 

@@ -1,191 +1,340 @@
-"""Every number of a trial, with its interval, its n and the paper's value (docs/science.md)."""
+"""The table of quantities: one definition of every number, for a trial and for several pooled.
 
-from functools import partial
-from math import degrees, inf
+A quantity is a name, a unit, a symbol, a meaning, the sums that it rests on and how its value
+follows from them. A trial's interval leaves out blocks of time, a pool's whole trials as well.
+The paper's values: `worm_msgs_py.paper`.
+"""
 
-from worm_analysis.accumulators.exclusions import UNCERTAIN, UNTRACKED
-from worm_analysis.accumulators.frame_sums import RADIUS_EDGES
-from worm_analysis.statistics.estimators import Estimate, fraction, per_true_cycle
-from worm_analysis.summary import episode_quantities, passage_quantities
-from worm_analysis.summary import quantity_table as telling
-from worm_analysis.summary.quantity_table import Evidence
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from math import degrees, inf, isfinite, nan
+
+import numpy as np
+
+from worm_analysis.accumulators.bins import (
+    BODY_LENGTH_BIN_M,
+    BODY_WIDTH_BIN_M,
+    LENGTH_BIN_M,
+    RADIUS_EDGES,
+    TAU_BIN_S,
+)
+from worm_analysis.statistics.estimators import Estimate
+from worm_analysis.summary import estimates as by
+from worm_analysis.summary.direction_persistence import NotEnoughData
+from worm_analysis.summary.sums import Sums
+from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.paper import TRIAL_S, paper_value
+from worm_msgs_py.units import MM_PER_M
+
+NO_CHAMBER = "no chamber in the picture"
+NO_EXIT = "no exit in view"
+UNDETERMINED = "the data do not determine it"
 
 
-def quantities(evidence: Evidence) -> list[Quantity]:
-    """Return all numbers of docs/science.md's table, and what else a model needs of a trial."""
-    found = [
-        *_positions(evidence),
-        *episode_quantities.episode_quantities(evidence),
-        *_motion(evidence),
-        *episode_quantities.search_time(evidence),
-        passage_quantities.skips(evidence),
-        *passage_quantities.attempts(evidence),
-        *passage_quantities.decay(evidence),
-        passage_quantities.effective_width(evidence),
-        *episode_quantities.sensitivities(evidence),
-    ]
-    if not evidence.has_chamber:
-        why = "no chamber in the picture"
-        found = [Quantity(q.name, None, unit=q.unit, paper=q.paper, why=why) for q in found]
-    return [*found, *_body(evidence), *_left_out(evidence)]
+def _first(total: Floats) -> float:
+    return float(total[0])
 
 
-def _positions(evidence: Evidence) -> list[Quantity]:
-    """Return the modes of P(r), the peaks of P(ψ_b) and the time at the wall (Fig. 1d, 1e)."""
-    frames, tell = evidence.search.frames, partial(telling.tell, evidence)
-    peaks = [
-        tell(
-            f"{name}_over_R",
-            "1",
-            int(frames.histogram(name).sum()),
-            partial(_pair, *estimate),
-            bounds=(0.0, RADIUS_EDGES[-1]),
-            items="frames in a chamber",
-            why="P(r) has no peak between the centre and 1.2 R",
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """One quantity.
+
+    Attributes
+    ----------
+    name, unit : str
+        As in the summary.
+    html, plain : str
+        Its symbol for a page and for a figure (matplotlib's markup).
+    meaning : str
+        What it is, HTML.
+    sums : str
+        The sums that it rests on and that are resampled.
+    estimate : callable
+        From all sums to value, low and high, in SI.
+    items : str
+        What n counts.
+    count : callable
+        From the total of the sums to n; the first of them unless said.
+    shown : callable or None
+        Where another number than `count` is printed as n.
+    scale : float
+        From SI to the unit.
+    bounds : (float, float)
+        Values, in the unit, that the interval cannot go beyond.
+    needs : str
+        The setting that says how many items are needed at least; empty: none.
+    undetermined, missing : str
+        Why there is no value where the estimate is NaN, and where the sums are missing.
+    """
+
+    name: str
+    unit: str
+    html: str
+    plain: str
+    meaning: str
+    sums: str
+    estimate: Callable[[Sums], Estimate]
+    items: str
+    count: Callable[[Floats], float] = _first
+    shown: Callable[[Floats], float] | None = None
+    scale: float = 1.0
+    bounds: tuple[float, float] = (-inf, inf)
+    needs: str = "minimum_n"
+    undetermined: str = UNDETERMINED
+    missing: str = NO_CHAMBER
+
+    def of(self, sums: Sums) -> Quantity:
+        """Return the number with its interval and n, or why there is none."""
+        paper = paper_value(self.name, sums.exit_width_mm)
+        if not sums.has(self.sums):
+            alone = self.missing if sums.has("pixel") else NO_CHAMBER
+            why = alone if len(sums.trials) == 1 else "no trial has it"
+            return Quantity(self.name, None, unit=self.unit, paper=paper, why=why)
+        total = sums.total(self.sums)
+        n = int(self.count(total))
+        shown = n if self.shown is None else int(self.shown(total))
+        settings = sums.settings
+        needed = max(settings.minimum_n, getattr(settings, self.needs)) if self.needs else 0
+        why, estimate = "", (nan, nan, nan)
+        if n < needed:
+            why = not_enough(n, self.items, needed)
+        else:
+            try:
+                estimate = self.estimate(sums)
+            except NotEnoughData as error:
+                why = str(error)
+        value, low, high = map(float, estimate)
+        if not isfinite(value):
+            why = why or self.undetermined
+            return Quantity(self.name, None, n=shown, unit=self.unit, paper=paper, why=why)
+        least, most = self.bounds
+        return Quantity(
+            self.name,
+            value * self.scale,
+            max(least, low * self.scale) if isfinite(low) else None,
+            min(most, high * self.scale) if isfinite(high) else None,
+            shown,
+            self.unit,
+            paper,
         )
-        for name, estimate in zip(("r_h", "r_c", "r_t"), frames.radius_peaks(), strict=True)
-    ]
-    frames_with_body = int(frames.histogram("psi_b").sum())
-    sides = (("negative", (-180.0, 0.0)), ("positive", (0.0, 180.0)))
-    peaks += [
-        tell(
-            f"psi_b_{side}_peak",
-            "deg",
-            frames_with_body,
-            partial(_pair, *estimate),
-            bounds=bounds,
-            scale=degrees(1.0),
-            items="frames with a body angle",
-            why="P(ψ_b) has no peak of its own on this side",
-        )
-        for (side, bounds), estimate in zip(sides, frames.angle_peaks(), strict=True)
-    ]
-    known = int(frames.total("contact_known"))
-    touching = partial(frames.ratio, "contact", "contact_known")
-    at_wall = tell(
-        "contact_fraction", "1", known, touching, bounds=(0.0, 1.0), items="frames in a chamber"
-    )
-    return [*peaks, at_wall]
 
 
-def _motion(evidence: Evidence) -> list[Quantity]:
-    """Return t_per, the speeds, what they go with, and the reversals (Figs 4, 7a)."""
-    search = evidence.search
-    frames, episodes = search.frames, search.episodes
-    tell = partial(telling.tell, evidence)
-    moving = int(frames.total("speed_n"))
-    directed_s = frames.total("directed_s")
+FRAMES, WITH_BODY, WITH_SPEED = (
+    "frames in a chamber",
+    "frames with a body angle",
+    "frames with a speed",
+)
+WITH_BOTH = "frames with a speed and a body angle"
+CONTACTS = "complete contacts above the resolution limit"
+EXCURSIONS = "complete excursions above the resolution limit"
+FINDINGS = "findings of the exit after a contact"
+CAUSES = "failed attempts whose cause can be told"
+PART_OF_FAILURES = "part of the failed entries"
+SMALL_IS_BAD = "fit of an exponential law: small is bad"
+
+
+def _peak_of_radius(point: str, where: str) -> Definition:
+    return Definition(
+        f"r_{point}_over_R", "1", f"<i>r</i><sub>{point}</sub>/<i>R</i>", f"$r_{point}/R$",
+        f"most frequent distance from the centre, {where}", f"r_{point}",
+        by.radius_peak(f"r_{point}"), FRAMES, np.sum, bounds=(0.0, float(RADIUS_EDGES[-1])),
+        undetermined="no distance between the centre and 1.2 R is the most frequent one",
+    )  # fmt: skip
+
+
+def _peak_of_angle(side: int) -> Definition:
+    name, sign, turn, bounds = (
+        ("negative", "−", "clockwise", (-180.0, 0.0)),
+        ("positive", "+", "counter-clockwise", (0.0, 180.0)),
+    )[side]
+    return Definition(
+        f"psi_b_{name}_peak", "deg", f"ψ<sub>b</sub><sup>{sign}</sup>",
+        rf"$\psi_b^{'-' if sign == '−' else sign}$", f"body angle, {turn} peak", "psi_b",
+        by.angle_peak("psi_b", side), WITH_BODY, np.sum, scale=degrees(1.0), bounds=bounds,
+        undetermined="the body angles have no peak of their own on this side",
+    )  # fmt: skip
+
+
+def _length(name: str, html: str, plain: str, meaning: str, which: int, items: str) -> Definition:
+    return Definition(
+        name, "mm", f"⟨{html}⟩", rf"$\langle {plain} \rangle$", meaning, name,
+        by.length(name, which), items, scale=MM_PER_M,
+    )  # fmt: skip
+
+
+def _fit(name: str, html: str, plain: str, bin_width: float, items: str) -> Definition:
+    missing = NO_EXIT if name == "tau_h" else NO_CHAMBER
+    return Definition(
+        f"{name}_exponential_p", "1", f"p({html})", f"$p({plain})$", SMALL_IS_BAD, f"{name}_excess",
+        by.exponential_fit(f"{name}_excess", bin_width), items, lambda total: total[:-1].sum(),
+        needs="fewest_for_p", missing=missing,
+    )  # fmt: skip
+
+
+def _share(name: str, items: str, words: str = "", meaning: str = PART_OF_FAILURES) -> Definition:
+    words = words or name.replace("_", " ")
+    return Definition(name, "1", words, words, meaning, name, by.share(name), items)
+
+
+def _decay(name: str, html: str, plain: str, meaning: str) -> Definition:
+    return Definition(
+        name, "1/mm", html, plain, meaning, "x_p", by.penetration_part(name), "failed attempts",
+        np.sum, scale=1 / MM_PER_M, needs="fewest_for_decay",
+    )  # fmt: skip
+
+
+def _size(name: str, letter: str, what: str, bin_m: float) -> Definition:
+    return Definition(
+        name, "mm", f"<i>{letter}</i><sub>w</sub>", f"${letter}_w$", f"{what} of the worm", name,
+        by.median(name, bin_m), "frames with a body and a scale", np.sum, scale=MM_PER_M,
+        bounds=(0.0, inf),
+    )  # fmt: skip
+
+
+def _excluded(reason: str, meaning: str) -> Definition:
+    name, words = f"frames_{reason}", f"frames {reason}"
+    return Definition(
+        name, "1", words, words, meaning, name, by.exact(name), "frames", needs="",
+        undetermined="not a frame was read",
+    )  # fmt: skip
+
+
+POSITIONS = (
+    _peak_of_radius("h", "head"),
+    _peak_of_radius("c", "centroid"),
+    _peak_of_radius("t", "tail"),
+    _peak_of_angle(0),
+    _peak_of_angle(1),
+    Definition(
+        "contact_fraction", "1", "contact", "contact",
+        "fraction of frames with the head at the wall", "contact_fraction",
+        by.mean("contact_fraction"), FRAMES, bounds=(0.0, 1.0),
+    ),
+)  # fmt: skip
+"""Figs 1d and 1e."""
+
+EPISODES = (
+    _length("d_c", "<i>d</i><sub>c</sub>", "d_c", "distance along the wall in contact",
+            0, CONTACTS),
+    _length("d_nc", "<i>d</i><sub>nc</sub>", "d_{nc}", "distance along the wall out of contact",
+            1, EXCURSIONS),
+    _length("delta_r_h", "Δ<i>r</i><sub>h</sub>", r"\Delta r_h", "radial excursion out of contact",
+            2, EXCURSIONS),
+    _fit("d_c", "<i>d</i><sub>c</sub>", "d_c", LENGTH_BIN_M, CONTACTS),
+    _fit("d_nc", "<i>d</i><sub>nc</sub>", "d_{nc}", LENGTH_BIN_M, EXCURSIONS),
+    _fit("delta_r_h", "Δ<i>r</i><sub>h</sub>", r"\Delta r_h", LENGTH_BIN_M, EXCURSIONS),
+)  # fmt: skip
+"""Fig. 3, with what frames and pixels hide allowed for: `worm_analysis.summary.estimates`."""
+
+MOTION = (
+    Definition(
+        "t_per", "s", "<i>t</i><sub>per</sub>", "$t_{per}$",
+        "time over which the direction along the wall is kept", "c_theta", by.persistence,
+        "moments with a direction",
+    ),
+    Definition(
+        "v_w", "mm/s", "<i>v</i><sub>w</sub>", "$v_w$",
+        "from v<sub>b</sub> = v<sub>w</sub> sin ψ<sub>b</sub>", "v_w", by.slope("v_w"),
+        "windows of time with a speed and a body angle", scale=MM_PER_M,
+    ),
+    Definition(
+        "v_b", "mm/s", "⟨|<i>v</i><sub>b</sub>|⟩", r"$\langle |v_b| \rangle$",
+        "tangential speed along the wall", "v_b", by.mean("v_b"), WITH_SPEED, scale=MM_PER_M,
+        bounds=(0.0, inf),
+    ),
+    Definition(
+        "v_b_mean", "mm/s", "⟨<i>v</i><sub>b</sub>⟩", r"$\langle v_b \rangle$",
+        "mean speed, signed", "v_b_mean", by.mean("v_b_mean"), WITH_SPEED, scale=MM_PER_M,
+    ),
+    Definition(
+        "psi_b_mean", "deg", "⟨ψ<sub>b</sub>⟩", r"$\langle\psi_b\rangle$", "mean body angle",
+        "psi_b_mean", by.direction("psi_b_mean"), WITH_BODY, scale=degrees(1.0),
+    ),
+    Definition(
+        "theta_dot_psi_b_correlation", "1", "r(θ̇<sub>h</sub>, ψ<sub>b</sub>)",
+        r"$r(\dot\theta_h, \psi_b)$", "correlation of speed and body angle", "theta_dot_psi_b",
+        by.correlation_of("theta_dot_psi_b"), WITH_BOTH,
+        undetermined="the speed or the body angle does not vary",
+    ),
+    Definition(
+        "theta_dot_incidence_correlation", "1",
+        "r(θ̇<sub>h</sub>, θ<sub>h</sub><sup>i</sup>)", r"$r(\dot\theta_h, \theta_h^i)$",
+        "correlation of speed after a contact and incidence", "theta_dot_incidence",
+        by.correlation_of("theta_dot_incidence"), "contacts with an incidence and a speed after it",
+        undetermined="the speed or the incidence does not vary",
+    ),
+    Definition(
+        "reversal_per_cycle", "1", "reversal", "reversals per cycle",
+        "probability per slide and hop", "reversal_per_cycle", by.reversals, "pairs of cycles",
+    ),
+    Definition(
+        "reversal_rate", "1/s", "reversal rate", "reversal rate",
+        "sign changes of θ̇<sub>h</sub> per time", "reversal_rate", by.mean("reversal_rate"),
+        "seconds with a direction", bounds=(0.0, inf),
+    ),
+)  # fmt: skip
+"""Figs 4 and 7a, and the reversals."""
+
+SEARCHES = (
+    Definition(
+        "tau_h", "s", "⟨τ<sub>h</sub>⟩", r"$\langle \tau_h \rangle$", "time to find the exit",
+        "tau_h", by.length("tau_h"), FINDINGS, missing=NO_EXIT,
+    ),
+    _fit("tau_h", "τ<sub>h</sub>", r"\tau_h", TAU_BIN_S, FINDINGS),
+    Definition(
+        "n_s", "per 30 min", "<i>n</i><sub>s</sub>", "$n_s$", "skips over the exit", "n_s",
+        by.rate("n_s"), "seconds in a chamber", shown=lambda total: total[1], scale=TRIAL_S,
+        missing=NO_EXIT,
+    ),
+)  # fmt: skip
+"""Figs 5 and 6."""
+
+ATTEMPTS = (
+    _share("success", "decided attempts", meaning="passages after the head's entry"),
+    _share("failures_without_contact", "failed attempts in which contact can be told"),
+    _share("failures_in_elongation", "failed attempts with a known phase of the stroke"),
+    _share("failures_touching_in_elongation", CAUSES, "touching in elongation"),
+    _share("failures_touching_in_contraction", CAUSES, "touching in contraction"),
+    _share("failures_of_unknown_phase", "failed attempts", "of unknown phase"),
+    _decay("beta", "β", r"$\beta$", "decay of F(x<sub>p</sub>)"),
+    _decay("alpha", "α", r"$\alpha$", "F(x<sub>p</sub>) where it begins, without the constant"),
+    _decay("const", "constant", "constant", "of F(x<sub>p</sub>)"),
+    Definition(
+        "w_s", "mm", "<i>w</i><sub>s</sub>", "$w_s$", "effective width √(W² + h²)", "w_s",
+        by.exact("w_s"), "trials", scale=MM_PER_M, needs="", missing=NO_EXIT,
+    ),
+)  # fmt: skip
+"""Figs 8 and 9. Depths below that of the circle's own bulge over the mouth are not all seen."""
+
+BODY = (
+    _size("l_w", "l", "length", BODY_LENGTH_BIN_M),
+    _size("d_w", "d", "width", BODY_WIDTH_BIN_M),
+    _excluded("untracked", "part of the frames that no estimate uses: no head was found"),
+    _excluded("uncertain", "part of the frames that no estimate uses: head or tail, in doubt"),
+)
+
+QUANTITIES = (*POSITIONS, *EPISODES, *MOTION, *SEARCHES, *ATTEMPTS)
+DEFINITIONS = {definition.name: definition for definition in (*QUANTITIES, *BODY)}
+
+
+def definitions(rules: Iterable[str] = ()) -> list[Definition]:
+    """Return the whole table, with d_c and d_nc under other rules of contact, by their labels."""
+    return [*QUANTITIES, *(d for rule in rules for d in _under_rule(rule)), *BODY]
+
+
+def _under_rule(rule: str) -> list[Definition]:
     return [
-        search.correlation.persistence_time(evidence.parameters.minimum_n),
-        tell(
-            "v_w",
-            "mm/s",
-            search.speed_law.windows,
-            search.speed_law.speed,
-            scale=1e3,
-            items="windows of time with a speed and a body angle",
-        ),
-        tell(
-            "v_b",
-            "mm/s",
-            moving,
-            partial(frames.ratio, "speed", "speed_n"),
-            scale=1e3,
-            bounds=(0.0, inf),
-            items="frames with a speed",
-        ),
-        tell(
-            "v_b_mean",
-            "mm/s",
-            moving,
-            partial(frames.ratio, "velocity", "speed_n"),
-            scale=1e3,
-            items="frames with a speed",
-        ),
-        tell(
-            "psi_b_mean",
-            "deg",
-            int(frames.histogram("psi_b").sum()),
-            frames.mean_body_angle,
-            scale=degrees(1.0),
-            items="frames with a body angle",
-        ),
-        tell(
-            "theta_dot_psi_b_correlation",
-            "1",
-            int(frames.total("pairs")),
-            frames.correlation,
-            items="frames with a speed and a body angle",
-            why="the speed or the body angle does not vary",
-        ),
-        tell(
-            "theta_dot_incidence_correlation",
-            "1",
-            search.collisions.n,
-            search.collisions.correlation,
-            items="contacts with an incidence and a speed after it",
-            why="the speed or the incidence does not vary",
-        ),
-        tell(
-            "reversal_per_cycle",
-            "1",
-            episodes.cycles,
-            partial(_reversals, evidence),
-            items="pairs of cycles",
-        ),
-        tell(
-            "reversal_rate",
-            "1/s",
-            int(directed_s),
-            partial(frames.ratio, "turns_back", "directed_s"),
-            bounds=(0.0, inf),
-            items="seconds with a direction",
-        ),
-    ]
-
-
-def _reversals(evidence: Evidence) -> Estimate:
-    episodes = evidence.search.episodes
-    cycles = episode_quantities.cycles_in_one(episodes.lengths, evidence.pixel_m)
-    value, low, high = fraction(episodes.reversals, episodes.cycles)
-    return (
-        per_true_cycle(value, cycles),
-        per_true_cycle(low, cycles),
-        per_true_cycle(high, cycles),
-    )
-
-
-def _body(evidence: Evidence) -> list[Quantity]:
-    """Return l_w and d_w; both can be had without a chamber where a scale is given."""
-    tell = partial(telling.tell, evidence)
-    return [
-        tell(
-            name,
-            "mm",
-            n,
-            partial(_pair, value, half),
-            scale=1e3,
-            bounds=(0.0, inf),
-            items="frames with a body and a scale",
+        Definition(
+            f"{name}_at_{rule}", "mm", f"{name}_at_{rule}", f"{name} at {rule}".replace("_", " "),
+            "", f"{name}_at_{rule}", by.length(f"{name}_at_{rule}", which, f"_at_{rule}"), items,
+            scale=MM_PER_M,
         )
-        for name, (n, value, half) in (
-            ("l_w", evidence.body.length()),
-            ("d_w", evidence.body.width()),
-        )
-    ]
+        for which, (name, items) in enumerate((("d_c", CONTACTS), ("d_nc", EXCURSIONS)))
+    ]  # fmt: skip
 
 
-def _pair(value: float, half: float | None) -> tuple[float, float | None]:
-    return value, half
-
-
-def _left_out(evidence: Evidence) -> list[Quantity]:
-    """Return which part of the frames counts for no estimate, and why; exact, so no interval."""
-    frames = evidence.left_out.frames
-    return [
-        Quantity(f"frames_{reason}", evidence.left_out.by_reason[reason] / frames, n=frames)
-        if frames
-        else Quantity(f"frames_{reason}", None, why="not a frame was read")
-        for reason in (UNTRACKED, UNCERTAIN)
-    ]
+def quantities(sums: Sums, rules: Iterable[str] = ()) -> list[Quantity]:
+    """Return every number, in the table's order."""
+    return [definition.of(sums) for definition in definitions(rules)]

@@ -12,11 +12,12 @@ from math import ceil, inf, log, log2
 import numpy as np
 
 from worm_model.boundary_walk.first_passage import SolvedWalk
-from worm_model.boundary_walk.laplace_inversion import LATEST, Contour, Floats
+from worm_model.boundary_walk.laplace_inversion import LATEST, Contour
 from worm_model.boundary_walk.relative_state import relative_state_of
 from worm_model.boundary_walk.singular_paths import singular_terms_of
 from worm_model.boundary_walk.state import WalkState
 from worm_model.boundary_walk.transform import solve_transform
+from worm_msgs_py.arrays import Floats
 
 _MEANS = 4.2
 """The 95 % quantile from the worst state is below so many ⟨τ_h⟩, but for odd walks."""

@@ -7,25 +7,24 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from worm_model.boundary_walk.first_passage import FirstPassage, SolvedWalk
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
+from worm_msgs_py.paper import (
+    EXIT_WIDTHS_MM,
+    REVERSAL_OF_FIG_6,
+    ROUND_S,
+    TRIAL_S,
+    WALK_HOP_MM,
+    WALK_SLIDE_MM,
+)
 from worm_msgs_py.whole_files import new_file
 
 FIGURE_FORMATS = ".svg", ".png", ".pdf"
-REVERSALS = 0.35, 0.45, 0.55
-"""Lowest, middle and highest of Fig. 6's caption."""
-SLIDE_MM, HOP_MM = 1.96, 1.47
-"""The same caption's."""
+_REVERSALS = sorted(REVERSAL_OF_FIG_6)
 WIDTHS_MM = 0.5, 1.0, 3.0, 5.0
 """Panels of Fig. 5."""
-ALL_WIDTHS_MM = 0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0
-"""The rig's."""
-TRIAL_S = 1800.0
 LONGEST_S = 250.0
-ROUND_S = 40.0
-"""The paper's estimate of one round, at v_w = 3 mm/s and ψ_b = 32°."""
 _MODEL, _GREY = "#CC79A7", "#767676"
 _STYLE = {
     "font.family": "DejaVu Sans",
@@ -45,8 +44,6 @@ _METADATA = {
     ".png": {"Software": None},
     ".pdf": dict.fromkeys(("Creator", "Producer", "CreationDate")),
 }
-
-Floats = NDArray[np.float64]
 
 
 def write_figure(path: Path, rule: ReversalRule, *, hop_may_land: bool = True) -> None:
@@ -86,8 +83,8 @@ def draw_figure(rule: ReversalRule, *, hop_may_land: bool = True) -> Figure:
     def solve(width_mm: float, reversal: float) -> FirstPassage:
         walk = WalkParameters(
             exit_width_mm=width_mm,
-            mean_slide_mm=SLIDE_MM,
-            mean_hop_mm=HOP_MM,
+            mean_slide_mm=WALK_SLIDE_MM,
+            mean_hop_mm=WALK_HOP_MM,
             reversal=reversal,
             rule=rule,
             hop_may_land=hop_may_land,
@@ -99,7 +96,7 @@ def draw_figure(rule: ReversalRule, *, hop_may_land: bool = True) -> Figure:
     first: Any = None
     for row, width_mm in enumerate(WIDTHS_MM):
         first = figure.add_subplot(grid[row, 0], sharex=first, sharey=first)
-        _draw_distribution(first, [solve(width_mm, reversal) for reversal in REVERSALS])
+        _draw_distribution(first, [solve(width_mm, reversal) for reversal in _REVERSALS])
         first.set_title(f"W = {width_mm:g} mm", loc="left")
         first.label_outer()
     first.set_xlabel("τ$_h$ (s)")
@@ -122,7 +119,7 @@ def _caption(rule: ReversalRule, hop_may_land: bool) -> str:
     lands = "may" if hop_may_land else "may not"
     return (
         f"Boundary walk, exact (no sampling, no n): v = {walk.speed_mm_s:g} mm/s, ⟨d$_c$⟩ = "
-        f"{SLIDE_MM:g} mm, ⟨d$_{{nc}}$⟩ = {HOP_MM:g} mm, R = {walk.radius_mm:g} mm, h = "
+        f"{WALK_SLIDE_MM:g} mm, ⟨d$_{{nc}}$⟩ = {WALK_HOP_MM:g} mm, R = {walk.radius_mm:g} mm, h = "
         f"{walk.depth_mm:g} mm;\nexit √(W² + h²) wide, a hop {lands} land in it; 45 % reversals "
         f"per {of}, shaded: 35 to 55 %; uniform start"
     )
@@ -161,7 +158,7 @@ def _draw_against_width(
     width_mm = np.linspace(0.1, 5.25, 40)
     low, middle, high = (
         np.array([number(solve(float(width), reversal)) for width in width_mm])
-        for reversal in REVERSALS
+        for reversal in _REVERSALS
     )
     axes.fill_between(
         width_mm,
@@ -173,7 +170,7 @@ def _draw_against_width(
         label="35 to 55 % reversals",
     )
     axes.plot(width_mm, middle, color=_MODEL, label="45 % reversals")
-    points = [number(solve(width, REVERSALS[1])) for width in ALL_WIDTHS_MM]
-    axes.plot(ALL_WIDTHS_MM, points, "o", ms=3.0, color=_MODEL, label="the rig's widths")
+    points = [number(solve(width, _REVERSALS[1])) for width in EXIT_WIDTHS_MM]
+    axes.plot(EXIT_WIDTHS_MM, points, "o", ms=3.0, color=_MODEL, label="the rig's widths")
     axes.set_xlim(0.0, 5.25)
     axes.set_ylim(bottom=0.0)

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erfc
 
-Floats = NDArray[np.float64]
+from worm_msgs_py.arrays import Floats
+
 Complex = NDArray[np.complex128]
 _DAMPING = 10.0
 _STEEPNESS = 3.0

@@ -5,9 +5,8 @@ from functools import lru_cache
 from worm_model.boundary_walk.first_passage import SolvedWalk
 from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.state import Direction, WalkState
+from worm_msgs_py.paper import TRIAL_S
 
-TRIAL_S = 1800.0
-"""Time to which the paper relates n_s."""
 _HAIR = 1e-9
 
 

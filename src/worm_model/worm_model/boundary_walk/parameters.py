@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import hypot, inf, pi
 
+from worm_msgs_py import paper
+
 
 class ReversalRule(StrEnum):
     """What a reversal's probability counts; the paper does not say."""
@@ -43,13 +45,13 @@ class WalkParameters:
         Where a number makes no sense.
     """
 
-    radius_mm: float = 10.0
+    radius_mm: float = paper.RADIUS_MM
     exit_width_mm: float = 1.0
-    depth_mm: float = 1.5
-    speed_mm_s: float = 2.02
-    mean_slide_mm: float = 1.95
-    mean_hop_mm: float = 1.46
-    reversal: float = 0.30
+    depth_mm: float = paper.DEPTH_MM
+    speed_mm_s: float = paper.SPEED_MM_S
+    mean_slide_mm: float = paper.SLIDE_MM
+    mean_hop_mm: float = paper.HOP_MM
+    reversal: float = paper.REVERSAL[0]
     rule: ReversalRule = ReversalRule.PER_CYCLE
     hop_may_land: bool = True
     effective_width: bool = True

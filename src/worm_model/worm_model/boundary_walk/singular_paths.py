@@ -11,7 +11,8 @@ import numpy as np
 
 from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.relative_state import RelativeState
-from worm_model.boundary_walk.singular_terms import Floats, Series, SingularTerms, hop_rates
+from worm_model.boundary_walk.singular_terms import Series, SingularTerms, hop_rates
+from worm_msgs_py.arrays import Floats
 
 _SMALL = 1e-2
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_model.boundary_walk.parameters import WalkParameters
+from worm_msgs_py.arrays import Floats
 
-Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 _NEGLIGIBLE = 1e-15
 _MOST_NUMBERS_HELD = 1_000_000

@@ -1,11 +1,11 @@
 """Distances between a midline and the true one."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
-Floats = NDArray[np.float64]
+from worm_msgs_py.arrays import Floats
+
 RESAMPLED_POINTS = 200
 
 

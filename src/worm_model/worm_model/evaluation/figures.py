@@ -14,7 +14,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from worm_model.evaluation.distances import as_given_rms, resampled, shape_rms
-from worm_model.evaluation.record import ChamberCircle, Floats, FrameTable, common_rows
+from worm_model.evaluation.record import ChamberCircle, FrameTable, common_rows
+from worm_msgs_py.arrays import Floats
 
 CERTAIN = 0.95
 """Head certainty from which a frame counts as not flagged uncertain."""

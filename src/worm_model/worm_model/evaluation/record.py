@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-
+from worm_msgs_py.arrays import Floats
 
 LEAST_IN_COMMON = 0.9
 """Of the frames of the shorter table."""

@@ -9,19 +9,20 @@ from numpy.typing import NDArray
 
 from worm_model.boundary_walk.direction_correlation import direction_correlation, persistence_time_s
 from worm_model.boundary_walk.mean_passage import (
-    TRIAL_S,
     mean_again_s,
     mean_tau_h_s,
     skips_per_trial,
 )
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
-from worm_model.inference.escape import PAPER_SUCCESS, EscapeTimes, escape_time
-from worm_model.inference.fit import LOWEST, MM_PER_M, REVERSAL_NAMES, Speed, WalkFit, interval_of
+from worm_model.inference.escape import EscapeTimes, escape_time
+from worm_model.inference.fit import LOWEST, REVERSAL_NAMES, Speed, WalkFit, interval_of
 from worm_model.inference.intervals import NOTHING, Interval
 from worm_model.inference.required_reversal import trial_needs
 from worm_msgs_py import Comparison, Correlation, ModelQuantity, Quantity
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit, first_refusal
+from worm_msgs_py.paper import SUCCESS, TRIAL_S
+from worm_msgs_py.units import MM_PER_M
 
 LIMITS = {
     "longest_lag_s": Limit(1e-3, 86_400.0, "s"),
@@ -175,7 +176,7 @@ def _parameters(
         **{f"rule_{rule.value}": float(rule is walk.rule) for rule in ReversalRule},
         "hop_may_land": float(walk.hop_may_land),
         "effective_width": float(walk.effective_width),
-        "success": success if isfinite(success) else PAPER_SUCCESS,
+        "success": success if isfinite(success) else SUCCESS,
         **{f"{name}_is_measured": float(is_own) for name, is_own in parameters.origins(fit)},
         "success_is_measured": float(isfinite(success)),
     }
@@ -232,7 +233,7 @@ def _escapes(
     walk = parameters.walk(fit)
     success = interval_of(found, "success")
     if not isfinite(success[0]):
-        success = (PAPER_SUCCESS, nan, nan)
+        success = (SUCCESS, nan, nan)
     modelled = escape_time(mean_tau_h_s(walk), mean_again_s(walk), success, escapes.lost_s)
     measured = escapes.mean_s(now_ns)
     ratio = measured[0] / interval_of(found, "tau_h")[0]

@@ -9,9 +9,7 @@ from math import isfinite, nan
 
 from worm_model.inference.intervals import Interval, exponential_mean
 from worm_msgs_py import Attempt, Event, Visit
-
-PAPER_SUCCESS = 0.60
-NS = 1e-9
+from worm_msgs_py.units import NS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,13 +95,13 @@ class EscapeTimes:
 
     def mean_s(self, now_ns: int) -> Interval:
         """Return the mean time of an escape and its 95 % interval, as of now."""
-        under_way = (now_ns - self._since[1]) * NS if self._since else 0.0
+        under_way = (now_ns - self._since[1]) / NS_PER_S if self._since else 0.0
         return exponential_mean(self.escapes, self._total_s + max(under_way, 0.0))
 
     def end_trial(self, now_ns: int) -> None:
         """Say that the trial is over: what was under way stays so, and another trial may follow."""
         if self._since is not None:
-            self._total_s += max(now_ns - self._since[1], 0) * NS
+            self._total_s += max(now_ns - self._since[1], 0) / NS_PER_S
         self._since = None
 
     @property
@@ -118,13 +116,13 @@ class EscapeTimes:
         if isfinite(visit.tau_h_s):
             self._since = (visit.chamber, visit.first_contact_ns)
         else:
-            self._total_s += (visit.end_ns - visit.first_contact_ns) * NS
+            self._total_s += (visit.end_ns - visit.first_contact_ns) / NS_PER_S
 
     def _attempt(self, attempt: Attempt) -> None:
         if not attempt.success:
             self.failures += 1
-            self._lost_s += (attempt.end_ns - attempt.start_ns) * NS
+            self._lost_s += (attempt.end_ns - attempt.start_ns) / NS_PER_S
         elif self._since is not None and self._since[0] == attempt.chamber:
             self.escapes += 1
-            self._total_s += (attempt.start_ns - self._since[1]) * NS
+            self._total_s += (attempt.start_ns - self._since[1]) / NS_PER_S
             self._since = None

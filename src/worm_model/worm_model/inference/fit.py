@@ -9,13 +9,12 @@ from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.intervals import NOTHING, Interval
 from worm_model.inference.reversal_counts import Reversals
 from worm_msgs_py import Geometry, Quantity
+from worm_msgs_py.paper import BODY_ANGLE_DEG
+from worm_msgs_py.units import MM_PER_M
 
-MM_PER_M = 1e3
 FEWEST_REVERSALS = 10
 """Fewer changes of phase than this are not enough to count reversals."""
 _DEFAULTS = WalkParameters()
-PAPER_BODY_ANGLE_RAD = radians(32.0)
-"""Between the paper's two peaks of P(ψ_b)."""
 CYCLE_MM = _DEFAULTS.mean_slide_mm + _DEFAULTS.mean_hop_mm
 
 
@@ -37,7 +36,7 @@ PAPER = {
     "d_c": _DEFAULTS.mean_slide_mm,
     "d_nc": _DEFAULTS.mean_hop_mm,
     "v_w": _DEFAULTS.speed_mm_s,
-    "v_b": _DEFAULTS.speed_mm_s * sin(PAPER_BODY_ANGLE_RAD),
+    "v_b": _DEFAULTS.speed_mm_s * sin(radians(BODY_ANGLE_DEG)),
     "reversal_per_cycle": _DEFAULTS.reversal,
     "reversal_per_phase": _DEFAULTS.reversal,
     "reversal_rate": _DEFAULTS.reversal / (CYCLE_MM / _DEFAULTS.speed_mm_s),

@@ -17,21 +17,11 @@ from scipy.optimize import brentq
 from worm_model.boundary_walk.direction_correlation import persistence_time_s
 from worm_model.boundary_walk.mean_passage import mean_again_s, mean_tau_h_s, skips_per_trial
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
-from worm_model.inference.escape import PAPER_SUCCESS, escape_time
+from worm_model.inference.escape import escape_time
 from worm_model.inference.fit import PAPER, REVERSAL_NAMES, Speed, WalkFit, interval_of
 from worm_model.inference.intervals import Interval
-from worm_msgs_py import NeededReversal, Quantity
+from worm_msgs_py import NeededReversal, Quantity, paper
 
-PAPER_T_PER_S: Interval = (27.0, 26.5, 27.5)
-"""The paper gives no interval: half of the last digit."""
-PAPER_REVERSAL: Interval = (0.30, 0.25, 0.35)
-"""Text: "approximately 30% of the times"; the interval is what rounds to it."""
-PAPER_REVERSAL_FIG_6: Interval = (0.45, 0.35, 0.55)
-"""Caption of Fig. 6, with its shaded region."""
-PAPER_TAU_H_TEXT_S: Interval = (nan, 40.0, inf)
-"""Text: longer than the time in which the worm moves once around the chamber, 40 s."""
-PAPER_ESCAPE_RATIO: Interval = (nan, 1.0 / PAPER_SUCCESS, 2.0)
-"""Text: "nearly twice as long as compared to ⟨τ_h⟩"; 1/0.6 if every search took as long."""
 # Dense near 1: there, where phases alternate, ⟨τ_h⟩ has a maximum. A walk that turns at every
 # change of phase keeps direction times phase for ever, so the last one is just below.
 _PROBABILITIES = np.r_[np.geomspace(1e-4, 0.2, 8), np.linspace(0.3, 1.0 - 1e-9, 8)]
@@ -43,7 +33,7 @@ Observable = Callable[[WalkParameters], float]
 
 def paper_escape_ratio(walk: WalkParameters) -> float:
     """Return the mean time of an escape in units of ⟨τ_h⟩, with the paper's success rate."""
-    success = (PAPER_SUCCESS, nan, nan)
+    success = (paper.SUCCESS, nan, nan)
     return escape_time(mean_tau_h_s(walk), mean_again_s(walk), success).ratio[0]
 
 
@@ -205,7 +195,7 @@ def _paper_observations(simulated: WalkParameters) -> list[ObservedQuantity]:
     unit = simulated.speed_mm_s / cycle_mm if rate else 1.0
     text, figure = (
         tuple(chance * unit for chance in stated)
-        for stated in (PAPER_REVERSAL, PAPER_REVERSAL_FIG_6)
+        for stated in (paper.REVERSAL, paper.REVERSAL_OF_FIG_6)
     )
 
     def drawn(observable: str) -> Interval:
@@ -221,11 +211,11 @@ def _paper_observations(simulated: WalkParameters) -> list[ObservedQuantity]:
     return [
         of_paper("reversal", text),
         of_paper("reversal_fig_6", figure),
-        of_paper("t_per", PAPER_T_PER_S, "t_per"),
-        of_paper("tau_h_text", PAPER_TAU_H_TEXT_S, "tau_h"),
+        of_paper("t_per", paper.T_PER_S, "t_per"),
+        of_paper("tau_h_text", paper.TAU_H_OF_THE_TEXT_S, "tau_h"),
         of_paper("tau_h", drawn("tau_h"), "tau_h"),
         of_paper("n_s", drawn("n_s"), "n_s"),
-        of_paper("escape_ratio", PAPER_ESCAPE_RATIO, "escape_ratio"),
+        of_paper("escape_ratio", paper.ESCAPE_RATIO, "escape_ratio"),
     ]
 
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from math import exp, expm1, isfinite, nan, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import kolmogorov, stdtrit
 
-Floats = NDArray[np.float64]
+from worm_msgs_py.arrays import Floats
+
 Within = Callable[[Floats], Floats]
 """Probability that the head has found the exit within each of these times, s."""
 HORIZONS_S = (10.0, 30.0, 60.0)

@@ -11,7 +11,7 @@ from worm_model.inference.comparison import (
     compare_with_walk,
     has_exit,
 )
-from worm_model.inference.escape import NS, EscapeTimes
+from worm_model.inference.escape import EscapeTimes
 from worm_model.inference.fit import WalkFit, fit_walk
 from worm_model.inference.forecast import Forecaster
 from worm_model.inference.reversal_counts import PhaseDirections, Reversals
@@ -29,6 +29,7 @@ from worm_msgs_py import (
     Visit,
     Where,
 )
+from worm_msgs_py.units import NS_PER_S
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,7 @@ class TrialModel:
 
     def __init__(self, parameters: ModelParameters):
         self._parameters = parameters
-        self._interval_ns = max(round(parameters.forecast_interval_s / NS), 1)
+        self._interval_ns = max(round(parameters.forecast_interval_s * NS_PER_S), 1)
         self._next_ns: int | None = None
         self._geometry: Geometry | None = None
         self._forecaster: Forecaster | None = None
@@ -160,7 +161,7 @@ class TrialModel:
         if promise is None or not made or not isfinite(visit.tau_h_s):
             self._scores.unscored += 1
             return
-        left_s = (visit.end_ns - promise.stamp_ns) * NS
+        left_s = (visit.end_ns - promise.stamp_ns) / NS_PER_S
         law, mean_s = promise.law, promise.mean_s
         jumps_s, _ = law.atoms(left_s + mean_s)
         self._scores.push(law.within, left_s, mean_s, jumps_s.tolist())

@@ -5,6 +5,8 @@ from math import cos, inf, pi, radians, sin
 
 import numpy as np
 
+from worm_msgs_py import paper
+
 SLOWEST_HOP_S = 0.15
 """No excursion is shorter: a head is not a bullet."""
 RADIAL_SPEED_MM_S = 5.0
@@ -45,17 +47,17 @@ class Walker:
         Where a number makes no sense.
     """
 
-    length_mm: float = 20.0
+    length_mm: float = paper.LENGTH_MM
     width_mm: float = 0.4
-    speed_mm_s: float = 2.02
-    mean_slide_mm: float = 1.95
-    mean_hop_mm: float = 1.46
-    mean_excursion_mm: float = 1.14
+    speed_mm_s: float = paper.SPEED_MM_S
+    mean_slide_mm: float = paper.SLIDE_MM
+    mean_hop_mm: float = paper.HOP_MM
+    mean_excursion_mm: float = paper.EXCURSION_MM
     reversal_per_cycle: float = 0.03
     peristalsis: float = 0.02
-    peristalsis_s: float = 0.6
+    peristalsis_s: float = paper.PERISTALSIS_S
     undulation_mm: float = 0.25
-    undulation_s: float = 12.0
+    undulation_s: float = paper.UNDULATION_S
     seed: int = 0
 
     def __post_init__(self) -> None:

@@ -14,6 +14,8 @@ from worm_msgs_py.convert.analysis import (
     observables_to_msg,
     quantities_from_msg,
     quantities_to_msg,
+    sums_from_msg,
+    sums_to_msg,
 )
 from worm_msgs_py.convert.body import body_state_from_msg, body_state_to_msg, keypoint_to_pose
 from worm_msgs_py.convert.chamber import geometry_from_msg, geometry_to_markers, geometry_to_msg
@@ -63,4 +65,6 @@ __all__ = [
     "source_events_to_msg",
     "stamp_to_msg",
     "stamp_to_ns",
+    "sums_from_msg",
+    "sums_to_msg",
 ]

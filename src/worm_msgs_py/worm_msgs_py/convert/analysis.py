@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from worm_msgs_py.analysis import Correlation, Distribution, Observables, Quantity
+from worm_msgs_py.arrays import Floats, Integers
 from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
 from worm_msgs_py.convert.joints import joints_from_msg, joints_to_msg
 from worm_msgs_py.convert.stamp import (
@@ -169,7 +169,7 @@ def distribution_from_msg(msg: Float64MultiArray) -> Distribution:
     """Read a histogram."""
     rows, columns = msg.layout.dim
     name, _, unit = rows.label.rstrip("]").rpartition(" [")
-    table: NDArray[np.float64] = np.array(msg.data, dtype=np.float64)
+    table: Floats = np.array(msg.data, dtype=np.float64)
     if columns.size != len(_BIN) or columns.label != ",".join(_BIN) or not rows.size:
         raise ValueError("expected a row of low, high and count for each bin")
     table = table.reshape(rows.size, columns.size)
@@ -181,8 +181,32 @@ def distribution_from_msg(msg: Float64MultiArray) -> Distribution:
     )
 
 
-def _counts(values: NDArray[np.float64]) -> NDArray[np.int64]:
+def _counts(values: Floats) -> Integers:
     """Return numbers that count something; ValueError where one cannot."""
     if not ((values >= 0.0) & (values <= 2.0**53)).all():
         raise ValueError("a count is negative, too large or no number")
     return values.astype(np.int64)
+
+
+def sums_to_msg(name: str, sums: Floats) -> Float64MultiArray:
+    """Write a sum: rows are blocks of time, the first dimension's label is its name."""
+    blocks, columns = (int(size) for size in sums.shape)
+    return Float64MultiArray(
+        layout=MultiArrayLayout(
+            dim=[
+                MultiArrayDimension(label=name, size=blocks, stride=blocks * columns),
+                MultiArrayDimension(label="sums", size=columns, stride=columns),
+            ],
+            data_offset=0,
+        ),
+        data=array.array("d", sums.astype(np.float64).tobytes()),
+    )
+
+
+@strict
+def sums_from_msg(msg: Float64MultiArray) -> tuple[str, Floats]:
+    """Read a sum and its name."""
+    blocks, columns = msg.layout.dim
+    return str(blocks.label), np.array(msg.data, dtype=np.float64).reshape(
+        blocks.size, columns.size
+    )

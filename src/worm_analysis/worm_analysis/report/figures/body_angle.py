@@ -4,17 +4,21 @@ from typing import Any
 
 import numpy as np
 
-from worm_analysis.pooling.trial_sums import ANGLE_EDGES_DEG
-from worm_analysis.report.evidence import Evidence
+from worm_analysis.accumulators.bins import ANGLE_EDGES
+from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.numbers import with_interval
 from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLUMN_IN, INK, PAPER_STYLE, new_figure
-from worm_analysis.results import Floats
+from worm_analysis.wording import not_enough
+from worm_msgs_py import Quantity
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.paper import number
 
 MERGED = 2
 """Bins of 2° that are drawn as one."""
-FEWEST = 100
-PAPER_PEAKS_DEG = (-34.0, 30.0)
+_PAPER = [number(f"psi_b_{side}_peak") for side in ("negative", "positive")]
+ANGLE_EDGES_DEG = np.degrees(ANGLE_EDGES)
 READING = (
     "ψ<sub>b</sub> is the signed angle from the outward normal at the head to the vector from the "
     "centroid to the head, positive counter-clockwise as seen in the picture, so that "
@@ -46,11 +50,11 @@ def angle_density(counts: Floats) -> tuple[Floats, Floats]:
     return edges, density
 
 
-def body_angle(evidence: Evidence) -> Panel:
+def body_angle(data: ReportData) -> Panel:
     """Return the panel, all chambers and trials together."""
-    counts = np.empty(0) if evidence.pool is None else evidence.pool.total("psi_b")
+    counts = np.empty(0) if data.pool is None else data.pool.total("psi_b")
     frames = int(counts.sum())
-    n = evidence.counted(frames, "frames")
+    n = data.counted(frames, "frames")
     base: dict[str, Any] = {
         "key": "fig-1e",
         "title": "Orientation of the body at the wall",
@@ -58,46 +62,45 @@ def body_angle(evidence: Evidence) -> Panel:
         "reading": READING,
         "n": n,
     }
-    if evidence.pool is None:
+    if data.pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    if frames < FEWEST:
-        return Panel(**base, why=f"not enough data: {frames} frames, {FEWEST} are needed")
+    if frames < FIGURES.fewest_frames:
+        return Panel(**base, why=not_enough(frames, "frames", FIGURES.fewest_frames))
     edges, density = angle_density(counts)
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
     axes.stairs(density, edges, color=INK, linewidth=1.1)
     axes.stairs(density, edges, color=INK, fill=True, alpha=0.1)
     top = float(density.max()) * 1.6
-    for paper_deg, label in zip(PAPER_PEAKS_DEG, ("paper, −34° and +30°", None), strict=True):
+    for paper_deg, label in zip(_PAPER, ("paper, −34° and +30°", None), strict=True):
         axes.plot([paper_deg, paper_deg], [0, 0.72 * top], label=label, **PAPER_STYLE)
-    peaks = [evidence.quantity(f"psi_b_{side}_peak") for side in ("negative", "positive")]
-    for peak in [peak for peak in peaks if peak.value is not None]:
-        assert peak.value is not None
-        sides = None
-        if peak.low is not None and peak.high is not None:
-            sides = [[peak.value - peak.low], [peak.high - peak.value]]
-        axes.errorbar(
-            peak.value,
-            0.68 * top,
-            xerr=sides,
-            fmt="o",
-            color=INK,
-            markersize=2.5,
-            capsize=2.5,
-            elinewidth=0.9,
-            label="" if axes.get_legend_handles_labels()[1][1:] else "peak, 95 % interval",
-        )
+    peaks = [data.quantity(f"psi_b_{side}_peak") for side in ("negative", "positive")]
+    for peak in peaks:
+        _draw_peak(axes, peak, 0.68 * top)
     reach = 180.0 if _beyond(counts, 120.0) else 120.0
     axes.set_xlim(-reach, reach)
     axes.set_xticks(np.arange(-reach, reach + 1, 60.0 if reach > 120 else 30.0))
     axes.set_ylim(0, top)
-    axes.set_xlabel(r"$\psi_b$ (degrees)")
-    axes.set_ylabel(r"$P(\psi_b)$ (degree$^{-1}$)")
+    axes.set_xlabel(r"body angle $\psi_b$ (degrees)")
+    axes.set_ylabel("probability density (1/degree)")
     axes.legend(loc="upper right", title=n, title_fontsize=7.0, alignment="right")
-    told = " and ".join(with_interval(peak) for peak in peaks if peak.value is not None)
-    alt = f"Probability density of the body angle, {n}. Peaks: {told or 'none found'} degrees."
+    found = " and ".join(with_interval(peak) for peak in peaks if peak.value is not None)
+    alt = f"Probability density of the body angle, {n}. Peaks: {found or 'none found'} degrees."
     table = {"psi_b_deg": (edges[1:] + edges[:-1]) / 2, "P_psi_b_per_deg": density}
     return Panel(**base, figure=figure, alt=alt, tables={"": table})
+
+
+def _draw_peak(axes: Any, peak: Quantity, height: float) -> None:
+    if peak.value is None:
+        return
+    sides = None
+    if peak.low is not None and peak.high is not None:
+        sides = [[peak.value - peak.low], [peak.high - peak.value]]
+    axes.errorbar(
+        peak.value, height, xerr=sides, fmt="o", color=INK, markersize=2.5, capsize=2.5,
+        elinewidth=0.9,
+        label="" if axes.get_legend_handles_labels()[1][1:] else "peak, 95 % interval",
+    )  # fmt: skip
 
 
 def _beyond(counts: Floats, limit_deg: float) -> bool:

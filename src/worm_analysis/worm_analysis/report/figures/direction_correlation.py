@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from worm_analysis.report.evidence import Evidence
+from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.numbers import plain, with_interval
 from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLUMN_IN,
     HEAD,
@@ -17,11 +18,9 @@ from worm_analysis.report.theme import (
     new_figure,
     say_n,
 )
-from worm_analysis.results import Floats
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.paper import number
 
-PAPER_T_PER_S = 27.0
-FEWEST_PAIRS = 100
-SMALLEST_PART = 0.25
 WIDE = 44
 """Letters in a line of a panel."""
 READING = (
@@ -36,14 +35,12 @@ READING = (
 )
 
 
-def persistence(evidence: Evidence) -> Panel:
+def persistence(data: ReportData) -> Panel:
     """Return the panel: C_θ(t) with its error, the fit, the model's and the paper's decay."""
-    correlation, t_per = evidence.correlation, evidence.quantity("t_per")
+    correlation, t_per = data.correlation, data.quantity("t_per")
     pairs = 0 if correlation is None or not len(correlation.pairs) else int(correlation.pairs[0])
     step_s = correlation.lag_s[1] if correlation is not None and len(correlation.lag_s) > 1 else 0
-    n = evidence.counted(
-        pairs, f"moments, {step_s:g} s apart" if pairs else "moments with a direction"
-    )
+    n = data.counted(pairs, f"moments, {step_s:g} s apart" if pairs else "moments with a direction")
     base: dict[str, Any] = {
         "key": "fig-7a",
         "title": "Persistence of the direction along the wall",
@@ -51,11 +48,11 @@ def persistence(evidence: Evidence) -> Panel:
         "reading": READING,
         "n": n,
     }
-    if evidence.pool is None:
+    if data.pool is None:
         return Panel(**base, why=NO_CHAMBER)
     if correlation is None:
         return Panel(**base, why="the summary has no correlation function")
-    enough = max(FEWEST_PAIRS, pairs * SMALLEST_PART)
+    enough = max(FIGURES.fewest_pairs, pairs * FIGURES.smallest_part_of_pairs)
     known = np.isfinite(correlation.c) & (correlation.pairs >= enough)
     if np.count_nonzero(known) < 3:
         return Panel(**base, why=t_per.why or f"not enough data: {pairs} moments")
@@ -71,28 +68,26 @@ def persistence(evidence: Evidence) -> Panel:
         axes.plot(lag, correlation.model[known], color=HEAD, label=label)
     table = {"lag_s": lag, "C_theta": c, "error": error, "pairs": correlation.pairs[known]}
     tables = {"": table}
-    for label, lag_s, walk_c in _walks(evidence):
+    for lag_s, walk_c in _walks(data):
         shown = lag_s <= lag[-1]
-        axes.plot(lag_s[shown], walk_c[shown], color=MODEL, label=label)
+        axes.plot(lag_s[shown], walk_c[shown], color=MODEL, label="boundary walk")
         tables["walk"] = {"lag_s": lag_s[shown], "C_theta": walk_c[shown]}
-    paper = PAPER_T_PER_S if t_per.paper is None else t_per.paper
+    paper = number("t_per")
     axes.plot(lag, np.exp(-lag / paper), label=f"paper, {plain(paper)} s", **PAPER_STYLE)
     axes.set_xlim(0, lag[-1])
     low = min(0.0, float(np.min(c - error)))
     axes.set_ylim(max(-1.05, low - 0.1), 1.08)
-    axes.set_xlabel("$t$ (s)")
-    axes.set_ylabel(r"$C_\theta(t)$")
+    axes.set_xlabel("time $t$ (s)")
+    axes.set_ylabel(r"correlation of direction $C_\theta$")
     figure.legend(loc="outside upper center", ncols=2, title=n, title_fontsize=7.0)
     if t_per.value is None:
         say_n(axes, "no fit:\n" + fill(t_per.why, WIDE), x=0.03, y=0.03)
-    alt = (
-        f"Correlation of the direction of motion with itself, {n}, t_per {with_interval(t_per)} s."
-    )
+    alt = f"Correlation of the direction with itself, {n}, t_per {with_interval(t_per)} s."
     return Panel(**base, figure=figure, alt=alt, tables=tables)
 
 
-def _walks(evidence: Evidence) -> list[tuple[str, Floats, Floats]]:
-    """Return label, lags and C_θ of the walk with the parameters of this data."""
-    single = evidence.walk_correlation
-    found = [] if single is None else [("boundary walk", single.lag_s, single.c)]
-    return found + [("boundary walk", walk.lag_s, walk.c) for walk in evidence.walks if walk.is_own]
+def _walks(data: ReportData) -> list[tuple[Floats, Floats]]:
+    """Return lags and C_θ of the walk with the parameters of this data."""
+    single = data.walk_correlation
+    found = [] if single is None else [(single.lag_s, single.c)]
+    return found + [(walk.lag_s, walk.c) for walk in data.walks if walk.is_own]

@@ -4,11 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from worm_analysis.report.evidence import Evidence
+from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLUMN_IN, INK, PAPER_STYLE, new_figure
+from worm_analysis.wording import not_enough
 
-FEWEST = 10
 BINS = 18
 READING = (
     "θ<sub>h</sub><sup>0</sup>: polar angle of the head at its first contact with the wall after "
@@ -18,19 +19,19 @@ READING = (
 )
 
 
-def first_contact(evidence: Evidence) -> Panel:
+def first_contact(data: ReportData) -> Panel:
     """Return the panel, all widths together."""
-    pool = evidence.pool
-    angles = np.empty(0) if pool is None else pool.events("theta_h0")
-    n = evidence.counted(len(angles), "visits")
+    pool = data.pool
+    angles = np.empty(0) if pool is None else pool.points("theta_h0")
+    n = data.counted(len(angles), "visits")
     base: dict[str, Any] = {
         "key": "fig-7b", "title": "Where the head first touches the wall", "paper": "Fig. 7b",
         "reading": READING, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    if len(angles) < FEWEST:
-        return Panel(**base, why=f"not enough data: {len(angles)} visits, {FEWEST} are needed")
+    if len(angles) < FIGURES.fewest_items:
+        return Panel(**base, why=not_enough(len(angles), "visits", FIGURES.fewest_items))
     edges = np.linspace(-180.0, 180.0, BINS + 1)
     counts, _ = np.histogram(angles, edges)
     density = counts / len(angles) / np.diff(edges)
@@ -42,8 +43,8 @@ def first_contact(evidence: Evidence) -> Panel:
     axes.set_xlim(-180, 180)
     axes.set_xticks(np.arange(-180, 181, 60))
     axes.set_ylim(0, max(float(density.max()), 1 / 360) * 1.35)
-    axes.set_xlabel(r"$\theta_h^{\,0}$ (degrees)")
-    axes.set_ylabel(r"$P(\theta_h^{\,0})$ (degree$^{-1}$)")
+    axes.set_xlabel(r"angle of the first contact $\theta_h^{\,0}$ (degrees)")
+    axes.set_ylabel("probability density (1/degree)")
     axes.legend(loc="upper right", title=n, title_fontsize=7.0, alignment="right")
     table = {"from_deg": edges[:-1], "to_deg": edges[1:], "density": density, "visits": counts}
     return Panel(**base, figure=figure, alt=f"Density of θ_h⁰, {n}.", tables={"": table})

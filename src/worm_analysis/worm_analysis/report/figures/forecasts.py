@@ -30,7 +30,7 @@ def forecasts(results: Results) -> Panel:
         "paper": "",
         "label": "Forecasts",
         "reading": READING + _in_words(scores),
-        "n": counted(passages, "passage" + "s" * (passages != 1) + " with a forecast"),
+        "n": counted(passages, "passages with a forecast"),
     }
     if not results.chambers:
         return Panel(**base, why=NO_CHAMBER)

@@ -48,7 +48,7 @@ def joint_question(results: Results) -> Panel:
         "paper": "",
         "label": "Joint question",
         "reading": READING,
-        "n": counted(len(observations), "observation" + "s" * (len(observations) != 1)),
+        "n": counted(len(observations), "observations"),
     }
     if not results.chambers:
         return Panel(**base, why=NO_CHAMBER)

@@ -12,7 +12,7 @@ from worm_analysis.report.numbers import plain, value
 from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
 from worm_analysis.report.symbols import plain_symbol
 from worm_analysis.report.theme import COLUMN_IN, INK, MODEL, PAPER_STYLE, new_figure
-from worm_analysis.results.tables import Results
+from worm_analysis.results import Results
 from worm_msgs_py import ModelQuantity, Quantity
 
 UNITS = {"_m_s": ("mm/s", 1e3), "_m": ("mm", 1e3), "_per_s": ("1/s", 1.0), "_s": ("s", 1.0)}
@@ -115,8 +115,7 @@ def model_comparison(results: Results) -> Panel:
     rows = comparison_rows(results)
     told = [row for row in rows if row.verdict in (AGREES, DISAGREES)]
     shown = [row for row in told if _ratio(row.modelled.value, row.measured.value) is not None]
-    items = "quantity" if len(shown) == 1 else "quantities"
-    n = counted(len(shown), f"{items} that the walk predicts and the trial measures")
+    n = counted(len(shown), "quantities that the walk predicts and the trial measures")
     base: dict[str, Any] = {
         "key": "fig-model",
         "title": "The boundary walk beside the measurement",

@@ -4,13 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from worm_analysis.accumulators.bins import DEPTH_BIN_M
 from worm_analysis.pooling import Pool
-from worm_analysis.pooling.estimates import FEWEST_FOR_DECAY, penetration_range
-from worm_analysis.pooling.trial_sums import DEPTH_EDGES_MM
-from worm_analysis.report.evidence import Evidence
 from worm_analysis.report.figures.wall_distances import LengthDensity, as_table, draw_points
 from worm_analysis.report.numbers import plain, with_interval
 from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLUMN_IN,
     GREY,
@@ -19,13 +18,17 @@ from worm_analysis.report.theme import (
     PAPER_STYLE,
     new_figure,
 )
-from worm_analysis.results import Floats
 from worm_analysis.statistics.estimators import poisson_rate
-from worm_analysis.statistics.penetration_law import fit_penetration
+from worm_analysis.summary.estimates import penetration
+from worm_analysis.summary.settings import DEFAULTS
 from worm_msgs_py import Quantity
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.units import MM_PER_M
 
-BIN_MM = 0.5
+DEPTH_BIN_MM = MM_PER_M * DEPTH_BIN_M
 MERGED = 5
+"""Bins of the fit that are drawn as one."""
+BIN_MM = MERGED * DEPTH_BIN_MM
 READING = (
     "<i>x</i><sub>p</sub>: how far along the passage the head got, from where its walls meet the "
     "circle, in an attempt that failed. Points: density with its 95 % Poisson interval. Blue: "
@@ -35,20 +38,20 @@ READING = (
 )
 
 
-def penetration(evidence: Evidence) -> Panel:
+def penetration_depths(data: ReportData) -> Panel:
     """Return the panel: axes for each W."""
-    pool = evidence.pool
-    failed = 0 if pool is None else len(pool.events("x_p"))
-    n = evidence.counted(failed, "failed attempts")
+    pool = data.pool
+    failed = 0 if pool is None else len(pool.points("x_p"))
+    n = data.counted(failed, "failed attempts")
     base: dict[str, Any] = {
         "key": "fig-9", "title": "How far the head gets before it withdraws", "paper": "Fig. 9",
         "reading": READING, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    rows = [(part, numbers["beta"].quantity) for part, numbers in evidence.by_width]
+    rows = [(part, numbers["beta"].quantity) for part, numbers in data.by_width]
     if not any(beta.value is not None for _, beta in rows):
-        needed = f"{FEWEST_FOR_DECAY} are needed for a W"
+        needed = f"{DEFAULTS.fewest_for_decay} are needed for a W"
         return Panel(**base, why=f"not enough data: {failed} failed attempts, {needed}")
     columns = 1 if len(rows) == 1 else 2
     lines = -(-len(rows) // columns)
@@ -57,9 +60,9 @@ def penetration(evidence: Evidence) -> Panel:
     tables: dict[str, Any] = {}
     for axes, (part, beta), letter in zip(grid.flat, rows, "abcdefghijklmnop", strict=False):
         axes.set_title(f"({letter}) $W$ = {plain(part.width_mm)} mm", loc="left", pad=3)
-        axes.set_xlabel("$x_p$ (mm)")
-        axes.set_ylabel("$F(x_p)$ (mm$^{-1}$)")
-        drawn = _draw(axes, evidence, part, beta)
+        axes.set_xlabel("depth in the passage $x_p$ (mm)")
+        axes.set_ylabel("probability density (1/mm)")
+        drawn = _draw(axes, data, part, beta)
         if drawn is not None:
             tables[f"W{part.width_mm:g}"] = as_table(drawn, "x_p_mm")
     for axes in list(grid.flat)[len(rows) :]:
@@ -70,10 +73,9 @@ def penetration(evidence: Evidence) -> Panel:
     return Panel(**base, figure=figure, alt=f"Densities of the depth: {alt}.", tables=tables)
 
 
-def _draw(axes: Any, evidence: Evidence, part: Pool, beta: Quantity) -> LengthDensity | None:
-    counts = part.total("x_p")
-    failed = int(counts.sum())
-    n = evidence.counted_in(part, failed, "failed attempts")
+def _draw(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDensity | None:
+    failed = len(part.points("x_p"))
+    n = data.counted_in(part, failed, "failed attempts")
     if beta.value is None:
         axes.text(
             0.5, 0.5, f"not enough data:\n{n}", transform=axes.transAxes, ha="center",
@@ -82,15 +84,14 @@ def _draw(axes: Any, evidence: Evidence, part: Pool, beta: Quantity) -> LengthDe
         axes.set_xticks([])
         axes.set_yticks([])
         return None
-    chosen = penetration_range(part, counts)
-    drawn = _density(counts, chosen.start)
+    counts = part.total("x_p")
+    trials, sum_m = part.total("x_p_least")
+    least = float(MM_PER_M * sum_m / trials)
+    drawn = _density(counts, least, failed)
     draw_points(axes, drawn)
-    fit = fit_penetration(
-        DEPTH_EDGES_MM[chosen.start : chosen.stop + 1], np.rint(counts[chosen]).astype(np.int64)
-    )
-    least = float(DEPTH_EDGES_MM[chosen.start])
-    x = np.linspace(least, DEPTH_EDGES_MM[chosen.stop], 200)
-    law = fit.alpha[0] * np.exp(-beta.value * (x - least)) + fit.const[0]
+    fit = penetration(counts)
+    x = np.linspace(least, least + DEPTH_BIN_MM * (1 + int(np.flatnonzero(counts)[-1])), 200)
+    law = fit.alpha[0] / MM_PER_M * np.exp(-beta.value * (x - least)) + fit.const[0] / MM_PER_M
     axes.plot(x, law, color=HEAD, label=rf"$\beta$ = {with_interval(beta)} mm$^{{-1}}$")
     if beta.paper:
         span = x[-1] - least
@@ -104,17 +105,13 @@ def _draw(axes: Any, evidence: Evidence, part: Pool, beta: Quantity) -> LengthDe
     return drawn
 
 
-def _density(counts: Floats, first: int) -> LengthDensity:
-    """Return the density in bins of half a millimetre, of unit area above the first one fitted."""
-    kept = counts[first:]
-    bins = -(-len(kept) // MERGED)
-    merged = np.pad(kept, (0, bins * MERGED - len(kept))).reshape(bins, MERGED).sum(axis=1)
+def _density(counts: Floats, least_mm: float, failed: int) -> LengthDensity:
+    """Return the density in bins of half a millimetre, of unit area above the least depth seen."""
+    merged = counts.reshape(-1, MERGED).sum(axis=1)
     last = int(np.flatnonzero(merged)[-1]) + 1
     merged = merged[:last]
-    edges = DEPTH_EDGES_MM[first] + BIN_MM * np.arange(last + 1)
+    edges: Floats = least_mm + BIN_MM * np.arange(last + 1, dtype=np.float64)
     unit = float(merged.sum()) * BIN_MM
     low, high = np.array([poisson_rate(int(count), 1.0)[1:] for count in merged]).T
     n = int(merged.sum())
-    return LengthDensity(
-        edges, merged / unit, low / unit, high / unit, float(edges[0]), n, int(counts.sum())
-    )
+    return LengthDensity(edges, merged / unit, low / unit, high / unit, float(edges[0]), n, failed)

@@ -6,7 +6,9 @@ import numpy as np
 
 from worm_analysis.report.panel import Panel, counted
 from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, new_figure
-from worm_analysis.results.tables import POINTS, Floats, Results
+from worm_analysis.results import Results
+from worm_analysis.results.tracks import POINTS
+from worm_msgs_py.arrays import Floats
 
 SPEED_WINDOW_S = 1.0
 WAY_READING = (
@@ -84,7 +86,7 @@ def picture_motion(results: Results) -> Panel:
     below.set_ylabel(f"length ({unit})")
     below.set_ylim(0, 1.15 * float(np.nanmax(length)) if np.isfinite(length).any() else 1)
     below.set_xlim(0, t_s[-1])
-    below.set_xlabel("$t$ (s)")
+    below.set_xlabel("time $t$ (s)")
     with_length = counted(int(np.isfinite(length).sum()), "frames with a length")
     below.set_title(with_length, loc="right", pad=3)
     figure.align_ylabels([above, below])

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from worm_analysis.pooling.trial_sums import RADIUS_EDGES
-from worm_analysis.report.evidence import Evidence
+from worm_analysis.accumulators.bins import RADIUS_EDGES
+from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLOURS,
     COLUMN_IN,
@@ -15,13 +16,14 @@ from worm_analysis.report.theme import (
     new_figure,
     say_n,
 )
-from worm_analysis.results.tables import POINTS, Floats
+from worm_analysis.results.tracks import POINTS
+from worm_analysis.wording import not_enough
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.paper import number
 
 MERGED = 2
 """Bins of R/100 that are drawn as one."""
 BINS = 55
-FEWEST = 100
-PAPER_RC_OVER_R = 0.6
 SYMBOLS = {"head": "h", "centroid": "c", "tail": "t"}
 READING = (
     "<i>P</i>(<i>r</i>) d<i>r</i> is the fraction of frames in which head tip "
@@ -57,11 +59,11 @@ def radial_density(counts: Floats, radius_mm: float) -> tuple[Floats, Floats]:
     return edges, density
 
 
-def radii(evidence: Evidence) -> Panel:
+def radii(data: ReportData) -> Panel:
     """Return the panel, all chambers and trials together."""
-    pool = evidence.pool
+    pool = data.pool
     frames = 0 if pool is None else int(pool.total("r_h").sum())
-    n = evidence.counted(frames, "frames")
+    n = data.counted(frames, "frames")
     base: dict[str, Any] = {
         "key": "fig-1d",
         "title": "Distance from the chamber's centre",
@@ -71,14 +73,13 @@ def radii(evidence: Evidence) -> Panel:
     }
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    if frames < FEWEST:
-        return Panel(**base, why=f"not enough data: {frames} frames, {FEWEST} are needed")
+    if frames < FIGURES.fewest_frames:
+        return Panel(**base, why=not_enough(frames, "frames", FIGURES.fewest_frames))
     R = pool.radius_mm
     table: dict[str, Any] = {}
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
     axes.plot([0, R], [0, 2 / R], ":", color="#9a9a9a", linewidth=0.9)
-    axes.axvline(PAPER_RC_OVER_R * R, **PAPER_STYLE)
     for point in POINTS:
         symbol = SYMBOLS[point]
         edges, density = radial_density(pool.total(f"r_{symbol}"), R)
@@ -90,20 +91,9 @@ def radii(evidence: Evidence) -> Panel:
     axes.axvline(R, color="#1a1a1a", linewidth=0.8)
     axes.set_xlim(0, 1.1 * R)
     axes.set_ylim(0, axes.get_ylim()[1] * 1.12)
-    axes.set_xlabel("$r$ (mm)")
-    axes.set_ylabel("$P(r)$ (mm$^{-1}$)")
-    axes.annotate(
-        "paper, $r_c$",
-        (PAPER_RC_OVER_R * R, 0.8),
-        xycoords=("data", "axes fraction"),
-        xytext=(-3, 0),
-        textcoords="offset points",
-        rotation=90,
-        va="top",
-        ha="right",
-        color="#5a5a5a",
-        fontsize=6.5,
-    )
+    axes.set_xlabel("distance from the centre $r$ (mm)")
+    axes.set_ylabel("probability density (1/mm)")
+    _mark_paper(axes, R)
     above = axes.secondary_xaxis(
         "top", functions=(partial(np.multiply, 1 / R), partial(np.multiply, R))
     )
@@ -113,7 +103,17 @@ def radii(evidence: Evidence) -> Panel:
     modes = ", ".join(
         f"{point} {quantity.value:.2f}"
         for point in POINTS
-        if (quantity := evidence.quantity(f"r_{SYMBOLS[point]}_over_R")).value is not None
+        if (quantity := data.quantity(f"r_{SYMBOLS[point]}_over_R")).value is not None
     )
     alt = f"Densities of the distance from the centre, {n}. Modes in units of R: {modes or 'none'}."
     return Panel(**base, figure=figure, alt=alt, tables={"": table})
+
+
+def _mark_paper(axes: Any, radius_mm: float) -> None:
+    place = number("r_c_over_R") * radius_mm
+    axes.axvline(place, **PAPER_STYLE)
+    axes.annotate(
+        "paper, $r_c$", (place, 0.8), xycoords=("data", "axes fraction"), xytext=(-3, 0),
+        textcoords="offset points", rotation=90, va="top", ha="right", color="#5a5a5a",
+        fontsize=6.5,
+    )  # fmt: skip

@@ -4,10 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from worm_analysis.pooling import WalkPrediction
-from worm_analysis.pooling.estimates import Pooled
-from worm_analysis.report.evidence import Evidence
+from worm_analysis.pooling import Pooled, WalkPrediction
 from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLUMN_IN,
     INK,
@@ -27,34 +26,34 @@ READING = (
 )
 
 
-def search_time_by_width(evidence: Evidence) -> Panel:
+def search_time_by_width(data: ReportData) -> Panel:
     """Return Fig. 6a."""
     base: dict[str, Any] = {
         "key": "fig-6a", "title": "Mean time to find the exit against its width",
         "paper": "Fig. 6a", "reading": "⟨τ<sub>h</sub>⟩ of each width <i>W</i>." + READING,
     }  # fmt: skip
-    found = 0 if evidence.pool is None else len(evidence.pool.events("tau_h"))
-    n = evidence.counted(found, "findings of the exit")
-    return _panel(evidence, "tau_h", base, n, r"$\langle\tau_h\rangle$ (s)")
+    found = 0 if data.pool is None else len(data.pool.points("tau_h"))
+    n = data.counted(found, "findings of the exit")
+    return _panel(data, "tau_h", base, n, r"mean time to find the exit $\langle\tau_h\rangle$ (s)")
 
 
-def skips_by_width(evidence: Evidence) -> Panel:
+def skips_by_width(data: ReportData) -> Panel:
     """Return Fig. 6b."""
     base: dict[str, Any] = {
         "key": "fig-6b", "title": "Skips over the exit against its width", "paper": "Fig. 6b",
         "reading": "<i>n</i><sub>s</sub>: times in 30 min in a chamber that the head passes the "
         "exit’s arc out of contact and does not enter." + READING,
     }  # fmt: skip
-    skips = 0 if evidence.pool is None else int(evidence.pool.total("n_s")[0])
-    n = evidence.counted(skips, "skips")
-    return _panel(evidence, "n_s", base, n, "$n_s$ (per 30 min)")
+    skips = 0 if data.pool is None else data.pool.count("n_s", 1)
+    n = data.counted(skips, "skips")
+    return _panel(data, "n_s", base, n, "skips $n_s$ (per 30 min)")
 
 
-def _panel(evidence: Evidence, name: str, base: dict[str, Any], n: str, label: str) -> Panel:
+def _panel(data: ReportData, name: str, base: dict[str, Any], n: str, label: str) -> Panel:
     base |= {"n": n}
-    if evidence.pool is None:
+    if data.pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    rows = [(part.width_mm, numbers[name]) for part, numbers in evidence.by_width]
+    rows = [(part.width_mm, numbers[name]) for part, numbers in data.by_width]
     known = [(width, pooled) for width, pooled in rows if pooled.quantity.value is not None]
     if not known:
         whys = {pooled.quantity.why for _, pooled in rows}
@@ -62,14 +61,14 @@ def _panel(evidence: Evidence, name: str, base: dict[str, Any], n: str, label: s
     figure = new_figure(COLUMN_IN, 2.8)
     axes = figure.add_subplot()
     tables: dict[str, Any] = {}
-    for walk in evidence.walks:
+    for walk in data.walks:
         tables["walk" if walk.is_own else "walk-of-the-paper"] = _draw_walk(axes, walk, name)
     tables[""] = draw_by_width(axes, known)
     width = np.array([width for width, _ in rows])
     axes.set_xlim(0, max(5.4, 1.08 * float(width.max())))
     top = max(axes.get_ylim()[1], 1.25 * max(_high(pooled) for _, pooled in known))
     axes.set_ylim(0, top)
-    axes.set_xlabel("$W$ (mm)")
+    axes.set_xlabel("width of the exit $W$ (mm)")
     axes.set_ylabel(label)
     figure.legend(loc="outside upper center", ncols=3, title=n, title_fontsize=7.0)
     told = ", ".join(f"{w:g} mm: {p.quantity.value:.3g}" for w, p in known)

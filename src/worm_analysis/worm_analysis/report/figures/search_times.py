@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from worm_analysis.pooling import Pool, WalkPrediction
-from worm_analysis.report.evidence import Evidence
+from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.figures.wall_distances import (
     LengthDensity,
     as_table,
@@ -15,6 +15,7 @@ from worm_analysis.report.figures.wall_distances import (
 )
 from worm_analysis.report.numbers import plain, with_interval
 from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLUMN_IN,
     GREY,
@@ -24,10 +25,10 @@ from worm_analysis.report.theme import (
     PAPER_STYLE,
     new_figure,
 )
-from worm_analysis.results import Floats
+from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
+from worm_msgs_py.arrays import Floats
 
-FEWEST = 10
 ROW_IN = 1.55
 READING = (
     "τ<sub>h</sub>: time from the head’s first contact with the wall after it entered a chamber "
@@ -42,26 +43,27 @@ READING_WALK = (
 )
 
 
-def search_times(evidence: Evidence) -> Panel:
+def search_times(data: ReportData) -> Panel:
     """Return the panel: a row for each W, the walk in a second column where there is one."""
-    pool = evidence.pool
-    found = 0 if pool is None else len(pool.events("tau_h"))
-    walk = next((walk for walk in evidence.walks if walk.is_own), None)
-    paper = next((walk for walk in evidence.walks if not walk.is_own), None)
-    reading = READING
-    if walk is not None:
-        reading += READING_WALK
+    pool = data.pool
+    found = 0 if pool is None else len(pool.points("tau_h"))
+    walk = next((walk for walk in data.walks if walk.is_own), None)
+    paper = next((walk for walk in data.walks if not walk.is_own), None)
+    reading = READING if walk is None else READING + READING_WALK
     base: dict[str, Any] = {
         "key": "fig-5", "title": "Time to find the exit", "paper": "Fig. 5", "reading": reading,
-        "n": evidence.counted(found, "findings of the exit"),
+        "n": data.counted(found, "findings of the exit"),
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    rows = evidence.by_width
+    rows = data.by_width
     if not rows:
         return Panel(**base, why="the exit’s width is not known")
-    if not any(len(part.events("tau_h")) >= FEWEST for part, _ in rows):
-        return Panel(**base, why=f"not enough data: {found} findings, {FEWEST} are needed for a W")
+    if not any(len(part.points("tau_h")) >= FIGURES.fewest_items for part, _ in rows):
+        return Panel(
+            **base,
+            why=not_enough(found, "findings", FIGURES.fewest_items) + " for a W",
+        )
     columns = 1 if walk is None else 2
     height_in = max(2.7, 0.35 + ROW_IN * len(rows))
     figure = new_figure(COLUMN_IN if columns == 1 else PAGE_IN, height_in)
@@ -70,7 +72,7 @@ def search_times(evidence: Evidence) -> Panel:
     tables: dict[str, Any] = {}
     for row, (part, numbers) in enumerate(rows):
         name = f"W{part.width_mm:g}"
-        drawn = _draw_measured(grid[row, 0], evidence, part, numbers["tau_h"].quantity)
+        drawn = _draw_measured(grid[row, 0], data, part, numbers["tau_h"].quantity)
         if drawn is not None:
             tables[f"{name}-measured"] = as_table(drawn, "tau_h_s")
         if walk is not None:
@@ -79,22 +81,27 @@ def search_times(evidence: Evidence) -> Panel:
                 _draw_paper(grid[row, 1], paper.at_widths("tau_h", [part.width_mm])[0], longest)
             grid[row, 1].legend(loc="upper right")
             if drawn is None:
-                top = float(walk.density_at(part.width_mm)[1].max())
-                grid[row, 1].set_yscale("log")
-                grid[row, 1].set_ylim(top / 300, 8 * top)
+                _scale_to(grid[row, 1], walk, part)
         for letter, axes in zip(_letters(row, columns), grid[row], strict=True):
             axes.set_title(f"({letter}) $W$ = {plain(part.width_mm)} mm", loc="left", pad=3)
             axes.set_xlim(0, longest)
     for axes in grid[-1]:
-        axes.set_xlabel(r"$\tau_h$ (s)")
+        axes.set_xlabel(r"time to find the exit $\tau_h$ (s)")
     if walk is not None:
         grid[0, 0].set_title("measured", loc="right", pad=3)
         grid[0, 1].set_title("boundary walk", loc="right", pad=3)
-    alt = "; ".join(
+    means = [
         f"W {plain(part.width_mm)} mm, mean {with_interval(numbers['tau_h'].quantity)} s"
         for part, numbers in rows
-    )
-    return Panel(**base, figure=figure, alt=f"Densities of the time: {alt}.", tables=tables)
+    ]
+    alt = f"Densities of the time: {'; '.join(means)}."
+    return Panel(**base, figure=figure, alt=alt, tables=tables)
+
+
+def _scale_to(axes: Any, walk: WalkPrediction, part: Pool) -> None:
+    top = float(walk.density_at(part.width_mm)[1].max())
+    axes.set_yscale("log")
+    axes.set_ylim(top / 300, 8 * top)
 
 
 def _letters(row: int, columns: int) -> list[str]:
@@ -102,17 +109,15 @@ def _letters(row: int, columns: int) -> list[str]:
 
 
 def _longest(part: Pool, mean: Quantity) -> float:
-    times = part.events("tau_h")
+    times = part.points("tau_h")
     return 6.0 * mean.value if mean.value else float(times.max(initial=1.0))
 
 
-def _draw_measured(
-    axes: Any, evidence: Evidence, part: Pool, mean: Quantity
-) -> LengthDensity | None:
-    times = part.events("tau_h")
-    axes.set_ylabel(r"$P(\tau_h)$ (s$^{-1}$)")
-    n = evidence.counted_in(part, len(times), "findings")
-    if mean.value is None or len(times) < FEWEST:
+def _draw_measured(axes: Any, data: ReportData, part: Pool, mean: Quantity) -> LengthDensity | None:
+    times = part.points("tau_h")
+    axes.set_ylabel("density (1/s)")
+    n = data.counted_in(part, len(times), "findings")
+    if mean.value is None or len(times) < FIGURES.fewest_items:
         axes.text(
             0.5, 0.5, f"not enough data:\n{n}", transform=axes.transAxes, ha="center",
             va="center", color=GREY,

@@ -5,20 +5,20 @@ from typing import Any
 import numpy as np
 
 from worm_analysis.pooling import Pool
-from worm_analysis.pooling.trial_sums import ANGLE_EDGES_DEG
-from worm_analysis.report.evidence import Evidence
+from worm_analysis.pooling.pooled_trial import ANGLE_EDGES_DEG
+from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.numbers import plain, with_interval
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import NO_CHAMBER, Panel, number_of
+from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLUMN_IN, GREY, HEAD, INK, PAPER_STYLE, new_figure, say_n
-from worm_analysis.results import Floats
+from worm_analysis.statistics.sample_correlation import correlation_of_sums
+from worm_analysis.wording import not_enough
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.paper import number
+from worm_msgs_py.units import MM_PER_M
 
-FEWEST = 30
-MOST_POINTS = 1500
-BIN_DEG = 10.0
-FEWEST_IN_BIN, LEAST_PART = 20, 0.005
-"""Bins with fewer frames, or a smaller part of all of them, have no mean."""
 POINTS: dict[str, Any] = {"color": HEAD, "markersize": 2.2, "alpha": 0.4, "mew": 0, "zorder": 1}
-PAPER_V_W_MM_S = 2.02
+_PAPER = number("v_w")
 READING_ANGLE = (
     "θ̇<sub>h</sub> = Δθ<sub>h</sub>/Δ<i>t</i> over Δ<i>t</i> = 1 s, against the body angle "
     "ψ<sub>b</sub> in the same frame. Points: frames, evenly thinned. Black: the mean over all "
@@ -33,34 +33,37 @@ READING_INCIDENCE = (
 )
 READING_LAW = (
     "⟨<i>v</i><sub>b</sub>⟩ = <i>R</i>⟨θ̇<sub>h</sub>⟩ against the sine of the mean body angle. "
-    "Blue points: short windows of time (mean_window_s), evenly thinned. Black: searches, that is "
-    "visits of a chamber, longer ones cut into minutes (the paper has one point a trial). Line, "
+    "Blue points: windows of one undulatory stroke (12 s), evenly thinned. Black: searches, that "
+    "is visits of a chamber, longer ones cut into minutes (the paper has one point a trial). Line, "
     "fitted to the windows: "
     "⟨<i>v</i><sub>b</sub>⟩ = <i>v</i><sub>w</sub> sin⟨ψ<sub>b</sub>⟩. Dashed: the paper’s "
     "<i>v</i><sub>w</sub> = 2.02 mm/s."
 )
 
 
-def speed_against_angle(evidence: Evidence) -> Panel:
+def speed_against_angle(data: ReportData) -> Panel:
     """Return Fig. 4a: θ̇_h against ψ_b."""
-    pool, r = evidence.pool, evidence.quantity("theta_dot_psi_b_correlation")
-    frames = 0 if pool is None else int(pool.total("theta_dot_psi_b")[0])
-    n = evidence.counted(frames, "frames")
+    pool, r = data.pool, data.quantity("theta_dot_psi_b_correlation")
+    frames = 0 if pool is None else pool.count("theta_dot_psi_b")
+    n = data.counted(frames, "frames")
     base: dict[str, Any] = {
         "key": "fig-4a", "title": "Angular speed against the body’s angle", "paper": "Fig. 4a",
         "reading": READING_ANGLE, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    if frames < FEWEST:
-        return Panel(**base, why=f"not enough data: {frames} frames, {FEWEST} are needed")
+    if frames < FIGURES.fewest_points:
+        return Panel(**base, why=not_enough(frames, "frames", FIGURES.fewest_points))
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
-    x, y = _thinned(pool, "frame_psi_b", "frame_theta_dot")
+    x, y = _thinned(pool.points("frame_psi_b"), pool.points("frame_theta_dot"))
     axes.plot(x, y, "o", **POINTS)
-    mean, count = np.split(pool.total("theta_dot_by_psi_b"), 2)
-    edges = ANGLE_EDGES_DEG[::5]
-    seen = count >= max(FEWEST_IN_BIN, LEAST_PART * frames)
+    mean, count = (
+        np.sum([trial.points[f"binned_{what}"] for trial in pool.trials], axis=0)
+        for what in ("theta_dot", "frames")
+    )
+    edges = ANGLE_EDGES_DEG
+    seen = count >= max(FIGURES.fewest_in_bin, FIGURES.smallest_part_in_bin * frames)
     middles = (edges[1:] + edges[:-1]) / 2
     means = np.divide(mean, count, out=np.full(len(mean), np.nan), where=seen)
     axes.plot(middles, means, "o-", color=INK, markersize=3, linewidth=0.8, label="mean in 10°")
@@ -69,8 +72,8 @@ def speed_against_angle(evidence: Evidence) -> Panel:
     axes.set_xticks(np.arange(-180, 181, 60))
     axes.set_xlim(*_reach(x, 120.0, 180.0))
     _limit_y(axes, y)
-    axes.set_xlabel(r"$\psi_b$ (degrees)")
-    axes.set_ylabel(r"$\dot\theta_h$ (degrees/s)")
+    axes.set_xlabel(r"body angle $\psi_b$ (degrees)")
+    axes.set_ylabel(r"angular speed $\dot\theta_h$ (degrees/s)")
     axes.legend(loc="lower right")
     say_n(axes, _with_r(n, pool, "theta_dot_psi_b", r), x=0.03)
     tables = {
@@ -80,68 +83,68 @@ def speed_against_angle(evidence: Evidence) -> Panel:
     return Panel(**base, figure=figure, alt=f"θ̇_h against ψ_b, {n}.", tables=tables)
 
 
-def speed_after_collision(evidence: Evidence) -> Panel:
+def speed_after_collision(data: ReportData) -> Panel:
     """Return Fig. 4b: θ̇_h after a collision against θ_h^i."""
-    pool, r = evidence.pool, evidence.quantity("theta_dot_incidence_correlation")
-    contacts = 0 if pool is None else int(pool.total("theta_dot_incidence")[0])
-    n = evidence.counted(contacts, "contacts")
+    pool, r = data.pool, data.quantity("theta_dot_incidence_correlation")
+    contacts = 0 if pool is None else pool.count("theta_dot_incidence")
+    n = data.counted(contacts, "contacts")
     base: dict[str, Any] = {
         "key": "fig-4b", "title": "Angular speed after a collision against its incidence",
         "paper": "Fig. 4b", "reading": READING_INCIDENCE, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    if contacts < FEWEST:
-        return Panel(**base, why=f"not enough data: {contacts} contacts, {FEWEST} are needed")
+    if contacts < FIGURES.fewest_points:
+        return Panel(**base, why=not_enough(contacts, "contacts", FIGURES.fewest_points))
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
-    x, y = _thinned(pool, "incidence", "theta_dot_after")
+    x, y = _thinned(*np.degrees(pool.pairs("collision_points")).T)
     axes.plot(x, y, "o", **(POINTS | {"alpha": 0.5}))
     _cross(axes)
     axes.set_xticks(np.arange(-180, 181, 45))
     axes.set_xlim(*_reach(x, 95.0, 180.0))
     _limit_y(axes, y)
-    axes.set_xlabel(r"$\theta_h^{\,i}$ (degrees)")
-    axes.set_ylabel(r"$\dot\theta_h$ after it (degrees/s)")
+    axes.set_xlabel(r"incidence $\theta_h^{\,i}$ (degrees)")
+    axes.set_ylabel(r"angular speed after it $\dot\theta_h$ (degrees/s)")
     say_n(axes, _with_r(n, pool, "theta_dot_incidence", r), x=0.03)
     tables = {"": {"incidence_deg": x, "theta_dot_deg_s": y}}
     return Panel(**base, figure=figure, alt=f"θ̇_h after a collision, {n}.", tables=tables)
 
 
-def speed_law(evidence: Evidence) -> Panel:
+def speed_law(data: ReportData) -> Panel:
     """Return Fig. 4c: ⟨v_b⟩ against sin⟨ψ_b⟩, with v_w."""
-    pool, v_w = evidence.pool, evidence.quantity("v_w")
-    windows = 0 if pool is None else len(pool.events("window_v_b"))
-    searches = 0 if pool is None else len(pool.events("search_v_b"))
-    n = evidence.counted(searches, f"searches, {windows} windows")
+    pool, v_w = data.pool, data.quantity("v_w")
+    windows = 0 if pool is None else pool.count("v_w")
+    searches = 0 if pool is None else len(pool.points("search_v_b"))
+    n = data.counted(searches, "searches") + f", {number_of(windows, 'windows')}"
     base: dict[str, Any] = {
         "key": "fig-4c", "title": "Speed along the wall against the sine of the body’s angle",
         "paper": "Fig. 4c", "reading": READING_LAW, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    if windows < FEWEST // 3:
+    if windows < FIGURES.fewest_windows:
         return Panel(**base, why=f"not enough data: {windows} windows of time")
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
-    psi, v = _thinned(pool, "window_psi_b", "window_v_b", MOST_POINTS // 2)
-    s = np.sin(np.radians(psi))
+    sines, speeds_m_s = pool.pairs("window_points").T
+    s, v = _thinned(sines, MM_PER_M * speeds_m_s, FIGURES.most_points // 2)
     axes.plot(s, v, "o", **POINTS)
-    s_search = np.sin(np.radians(pool.events("search_psi_b")))
-    v_search = pool.events("search_v_b")
+    s_search = np.sin(np.radians(pool.points("search_psi_b")))
+    v_search = pool.points("search_v_b")
     axes.plot(s_search, v_search, "o", color=INK, markersize=2.6, mew=0, alpha=0.8)
     ends = np.array([-1.0, 1.0])
     if v_w.value is not None:
         label = f"fit, $v_w$ = {with_interval(v_w)} mm/s"
         axes.plot(ends, v_w.value * ends, color=HEAD, label=label)
     axes.plot(
-        ends, PAPER_V_W_MM_S * ends, label=f"paper, {plain(PAPER_V_W_MM_S)} mm/s", **PAPER_STYLE
+        ends, number("v_w") * ends, label=f"paper, {plain(number('v_w'))} mm/s", **PAPER_STYLE
     )
     _cross(axes)
     axes.set_xlim(-1.02, 1.02)
     _limit_y(axes, np.r_[v, v_search], room=1.25)
-    axes.set_xlabel(r"$\sin\langle\psi_b\rangle$ (–)")
-    axes.set_ylabel(r"$\langle v_b \rangle$ (mm/s)")
+    axes.set_xlabel(r"sine of the mean body angle, $\sin\langle\psi_b\rangle$")
+    axes.set_ylabel(r"mean speed along the wall $\langle v_b \rangle$ (mm/s)")
     axes.legend(loc="upper left", title=n, title_fontsize=7.0, alignment="left", fontsize=6.5)
     tables = {
         "windows": {"sin_psi_b": s, "v_b_mm_s": v},
@@ -151,22 +154,18 @@ def speed_law(evidence: Evidence) -> Panel:
     return Panel(**base, figure=figure, alt=alt, tables=tables)
 
 
-def _thinned(pool: Pool, x: str, y: str, most: int = MOST_POINTS) -> tuple[Floats, Floats]:
-    """Return the pairs of all trials, evenly thinned to so many."""
-    first, second = pool.events(x), pool.events(y)
-    step = max(1, -(-len(first) // most))
-    return first[::step], second[::step]
+def _thinned(x: Floats, y: Floats, most: int = FIGURES.most_points) -> tuple[Floats, Floats]:
+    """Return pairs, evenly thinned to so many."""
+    step = max(1, -(-len(x) // most))
+    return x[::step], y[::step]
 
 
 def _with_r(n: str, pool: Pool, name: str, r: Any) -> str:
     """Write n and Pearson's r; where the summary has none it follows from the sums."""
     if r.value is not None:
         return f"{n}\nr = {with_interval(r)}"
-    count, x, y, xx, yy, xy = pool.total(name)
-    spread = (xx / count - (x / count) ** 2) * (yy / count - (y / count) ** 2)
-    if not spread > 0:
-        return n
-    return f"{n}\nr = {plain((xy / count - x * y / count**2) / np.sqrt(spread), 2)}"
+    found = float(correlation_of_sums(pool.total(name)[None])[0])
+    return f"{n}\nr = {plain(found, 2)}" if found == found else n
 
 
 def _cross(axes: Any) -> None:

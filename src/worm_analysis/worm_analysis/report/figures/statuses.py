@@ -6,8 +6,10 @@ import numpy as np
 
 from worm_analysis.report.panel import Panel, counted, thousands
 from worm_analysis.report.theme import HEAD, PAGE_IN, TAIL, new_figure
-from worm_analysis.results.tables import Floats, Results
+from worm_analysis.results import Results
+from worm_analysis.wording import not_enough
 from worm_msgs_py import Status
+from worm_msgs_py.arrays import Floats
 
 READING = (
     "Every frame of the bag is in exactly one row. A gap in a row means that the frame had "
@@ -31,7 +33,7 @@ def statuses(results: Results) -> Panel:
         "n": n,
     }
     if len(status) < 2 or t_s[-1] <= 0:
-        return Panel(**base, why=f"not enough data: {len(status)} frames, 2 are needed")
+        return Panel(**base, why=not_enough(len(status), "frames", 2))
     order = [member.label for member in Status]
     present = sorted(set(status), key=lambda label: [*order, label].index(label))
     figure = new_figure(PAGE_IN, 0.72 + 0.2 * len(present))
@@ -52,7 +54,7 @@ def statuses(results: Results) -> Panel:
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(-0.6, len(present) - 0.4)
     axes.set_xlim(0, t_s[-1])
-    axes.set_xlabel("$t$ (s)")
+    axes.set_xlabel("time $t$ (s)")
     axes.set_title(n, loc="right", pad=3)
     told = ", ".join(f"{int((status == label).sum())} {label}" for label in present)
     return Panel(**base, figure=figure, alt=f"Status of each frame against time: {told}.")

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from worm_analysis.report.examples import WHOLE_S, Indices, example_spans
+from worm_analysis.report.examples import Indices, example_spans
+from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
 from worm_analysis.report.theme import HEAD, INK, PAGE_IN, SHADE, new_figure
-from worm_analysis.results import Columns, Floats, Results
+from worm_analysis.results import Columns, Results
+from worm_msgs_py.arrays import Floats
 
 READING = (
     "<i>r</i><sub>h</sub>: distance of the head tip from the chamber's centre (thin line: the wall "
@@ -69,7 +71,7 @@ def time_traces(results: Results) -> Panel:
     if not results.chambers:
         return Panel(**BASE, n=counted(0, "frames"), reading=READING, why=NO_CHAMBER)
     examples = [Example.of(results, rows) for rows in example_spans(results)]
-    return traces(examples, whole=bool(len(results.t_s)) and results.t_s[-1] <= WHOLE_S)
+    return traces(examples, whole=bool(len(results.t_s)) and results.t_s[-1] <= FIGURES.whole_s)
 
 
 def traces(examples: Sequence[Example], *, whole: bool = False) -> Panel:
@@ -160,7 +162,7 @@ def _draw_column(column: Any, example: Example) -> None:
         angle = tracks[name]
         axes.plot(t_s, without_wraps(angle), color=INK, **line)
         axes.set_ylim(*_angle_limits(angle))
-    head.set_xlabel("$t$ (s)")
+    head.set_xlabel("time $t$ (s)")
     known = _known(example)
     radius.set_title(f"n = {thousands(known)} frames", loc="right", pad=3)
 

@@ -7,13 +7,15 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Arc
 
-from worm_analysis.report.examples import WHOLE_S, Indices, example_spans
+from worm_analysis.report.examples import Indices, example_spans
+from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
 from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, PAGE_IN, new_figure, say_n
-from worm_analysis.results.tables import POINTS, Results
+from worm_analysis.results import Results
+from worm_analysis.results.tracks import POINTS
+from worm_analysis.wording import not_enough
 from worm_msgs_py import Chamber, Where
 
-SHOWN_POINTS = 1500
 PASSAGE_SHOWN_MM = 3.0
 SAME_FRAME_MM = 1.0
 """Far less than the chambers are apart, far more than a calibration is ever corrected."""
@@ -30,7 +32,7 @@ READING_LONG = " The whole trial is shown as points, one for each of evenly spac
 
 def trajectories(results: Results) -> Panel:
     """Return the panel; a trial longer than 90 s shows one minute, and the whole as points."""
-    long = len(results.t_s) > 0 and results.t_s[-1] > WHOLE_S
+    long = len(results.t_s) > 0 and results.t_s[-1] > FIGURES.whole_s
     base: dict[str, Any] = {
         "key": "fig-1c",
         "title": "Trajectories of head, centroid and tail",
@@ -44,7 +46,7 @@ def trajectories(results: Results) -> Panel:
     frames = sum(len(rows) for _, rows in inside)
     n = counted(frames, "frames with a pose")
     if frames < 2:
-        return Panel(**base, n=n, why=f"not enough data: {frames} frames, 2 are needed")
+        return Panel(**base, n=n, why=not_enough(frames, "frames", 2))
     drawn: list[tuple[Chamber, Indices, bool]] = []
     if long:
         for example in example_spans(results, 1):
@@ -115,7 +117,7 @@ def _draw_lines(axes: Any, results: Results, rows: Indices) -> None:
 
 
 def _draw_points(axes: Any, results: Results, rows: Indices) -> None:
-    shown = rows[:: ceil(len(rows) / SHOWN_POINTS)]
+    shown = rows[:: ceil(len(rows) / FIGURES.most_points)]
     for point in reversed(POINTS):
         x, y = (results.tracks[f"{point}_{axis}_mm"][shown] for axis in "xy")
         axes.plot(x, y, ".", color=COLOURS[point], markersize=1.8, alpha=0.55, label=point, mew=0)

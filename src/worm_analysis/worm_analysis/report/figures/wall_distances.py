@@ -7,17 +7,18 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtri
 
-from worm_analysis.report.evidence import Evidence
+from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.numbers import interval, plain, value
-from worm_analysis.report.panel import NO_CHAMBER, Panel, thousands
+from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, number_of, thousands
+from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLOURS, GREY, INK, PAGE_IN, PAPER_STYLE, new_figure
-from worm_analysis.results import Floats
 from worm_msgs_py import Quantity
+from worm_msgs_py.arrays import Floats
 
-FEWEST = 10
 BINS_PER_MEAN = 2.0
 LONGEST_IN_MEANS = 6.0
 FIT = COLOURS["head"]
+LABELS = {"a": "distance in contact", "b": "distance out of contact", "c": "excursion"}
 READING = (
     "<i>d</i><sub>c</sub> and <i>d</i><sub>nc</sub>: arc length <i>R</i>|Δθ<sub>h</sub>| that the "
     "head travels during one contact with the wall and during one excursion from it; "
@@ -90,15 +91,15 @@ def exponential_above(x_mm: Floats, mean_mm: float, limit_mm: float) -> Floats:
     return density
 
 
-def wall_distances(evidence: Evidence) -> Panel:
+def wall_distances(data: ReportData) -> Panel:
     """Return the panel: d_c, d_nc and Δr_h, all chambers and trials together."""
-    pool = evidence.pool
+    pool = data.pool
     parts = [
-        (name, symbol, np.empty(0) if pool is None else pool.events(name))
+        (name, symbol, np.empty(0) if pool is None else pool.points(name))
         for name, symbol in (("d_c", "$d_c$"), ("d_nc", "$d_{nc}$"), ("delta_r_h", r"$\Delta r_h$"))
     ]
-    n = evidence.counted(len(parts[0][2]), "complete contacts")
-    n += f", {thousands(len(parts[1][2]))} complete excursions"
+    n = data.counted(len(parts[0][2]), "complete contacts")
+    n += f", {number_of(len(parts[1][2]), 'complete excursions')}"
     base: dict[str, Any] = {
         "key": "fig-3",
         "title": "Distances travelled in contact, out of contact, and away from the wall",
@@ -108,7 +109,7 @@ def wall_distances(evidence: Evidence) -> Panel:
     }
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    found = [(evidence.quantity(name), symbol, lengths) for name, symbol, lengths in parts]
+    found = [(data.quantity(name), symbol, lengths) for name, symbol, lengths in parts]
     if not any(_drawable(quantity, lengths) for quantity, _, lengths in found):
         return Panel(**base, why=_why(*found[0][::2]))
     figure = new_figure(PAGE_IN, 2.5)
@@ -119,19 +120,25 @@ def wall_distances(evidence: Evidence) -> Panel:
         drawn = _draw(axes, letter, *part)
         if drawn is not None:
             tables[name] = as_table(drawn, f"{name}_mm")
-    means = ", ".join(f"{name} {value(evidence.quantity(name))} mm" for name, _, _ in parts)
+    means = ", ".join(f"{name} {value(data.quantity(name))} mm" for name, _, _ in parts)
     alt = f"Densities of episode lengths, {n}. Means: {means}."
     return Panel(**base, figure=figure, alt=alt, tables=tables)
 
 
 def _drawable(quantity: Quantity, lengths_mm: Floats) -> bool:
-    return quantity.value is not None and quantity.value > 0 and len(lengths_mm) >= FEWEST
+    return (
+        quantity.value is not None
+        and quantity.value > 0
+        and len(lengths_mm) >= FIGURES.fewest_items
+    )
 
 
 def _why(quantity: Quantity, lengths_mm: Floats) -> str:
     if quantity.value is None:
         return quantity.why or "the summary has no value"
-    return f"not enough data: {len(lengths_mm)} complete episodes, {FEWEST} are needed"
+    return (
+        f"not enough data: {len(lengths_mm)} complete episodes, {FIGURES.fewest_items} are needed"
+    )
 
 
 def as_table(found: LengthDensity, name: str) -> dict[str, Any]:
@@ -151,7 +158,7 @@ def _draw(
     axes: Any, letter: str, quantity: Quantity, symbol: str, lengths_mm: Floats
 ) -> LengthDensity | None:
     axes.set_title(f"({letter})", loc="left", pad=3)
-    axes.set_xlabel(f"{symbol} (mm)")
+    axes.set_xlabel(f"{LABELS[letter]} {symbol} (mm)")
     if not _drawable(quantity, lengths_mm) or quantity.value is None:
         axes.text(
             0.5, 0.5, "\n".join(wrap(_why(quantity, lengths_mm), 30)), transform=axes.transAxes,
@@ -173,7 +180,7 @@ def _draw(
     seen = found.density[found.density > 0]
     axes.set_ylim(float(seen.min()) / 4, float(max(seen.max(), 1 / mean)) * 12)
     axes.set_xlim(-0.02 * found.edges_mm[-1], found.edges_mm[-1])
-    axes.set_ylabel(f"$P$({symbol}) (mm$^{{-1}}$)")
+    axes.set_ylabel("probability density (1/mm)")
     axes.legend(loc="upper right", title=_n(found), title_fontsize=7.0, alignment="right")
     return found
 
@@ -202,5 +209,5 @@ def draw_points(axes: Any, found: LengthDensity) -> None:
 
 def _n(found: LengthDensity) -> str:
     if found.n_above == found.n:
-        return f"n\u00a0=\u00a0{thousands(found.n)} episodes"
+        return counted(found.n, "episodes")
     return f"n\u00a0=\u00a0{thousands(found.n_above)} of {thousands(found.n)} episodes"

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from worm_model.simulator.rig.body import Body
 from worm_model.simulator.rig.drawing import Coverage, worm_coverage
 from worm_model.simulator.rig.geometry import Rig
+from worm_msgs_py.paper import CONTACT_FACTOR
 from worm_msgs_py.whole_files import whole_file
 
-CONTACT_FACTOR = 0.3
-"""Contact: R − r_h < 0.3·d_w (docs/science.md)."""
 MIDLINE_POINTS = 50
 HEAD_PART = 0.1
 """The head's direction is that of the midline's first tenth."""

@@ -1,0 +1,79 @@
+"""All sums of a trial by name, in SI: what its numbers rest on, and what it adds to a pool."""
+
+from dataclasses import dataclass
+from math import hypot, isfinite, nan
+
+import numpy as np
+
+from worm_analysis.accumulators.body_size import BodySums
+from worm_analysis.accumulators.episode_sums import LengthSums
+from worm_analysis.accumulators.exclusions import Exclusions
+from worm_analysis.accumulators.passage_sums import PassageSums
+from worm_analysis.accumulators.wall_search import WallSearch
+from worm_analysis.events.exit_region import sagitta
+from worm_analysis.parameters import AnalysisParameters
+from worm_msgs_py import Geometry
+from worm_msgs_py.arrays import Floats
+
+STEPS_IN_LIMIT = 1.5
+"""Episodes shorter than this many of the head's advances a frame (or pixels) are not all seen."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """What the sums need of the chamber, NaN where it is not known."""
+
+    radius_m: float = nan
+    exit_width_m: float = nan
+    depth_m: float = nan
+    px_per_m: float = nan
+
+    @classmethod
+    def of(cls, geometry: Geometry) -> "Rig":
+        """Return that of the first chamber."""
+        chamber = geometry.chambers[0]
+        return cls(chamber.radius_m, chamber.exit_width_m, geometry.depth_m, chamber.px_per_m)
+
+    @property
+    def pixel_m(self) -> float:
+        """Size of a pixel; 0 where it is not known."""
+        return 1 / self.px_per_m if self.px_per_m > 0 else 0.0
+
+
+def trial_sums(
+    search: WallSearch,
+    passages: PassageSums,
+    skips: int,
+    body: BodySums,
+    exclusions: Exclusions,
+    rig: Rig | None,
+    parameters: AnalysisParameters,
+) -> dict[str, Floats]:
+    """Return all sums by name; those that need a chamber or an exit that is not there are missing.
+
+    Episodes are counted from the limit of resolution on: one and a half of the head's advance a
+    frame, or of a pixel. An excursion is deeper than the threshold of contact by definition.
+    """
+    found = {**body.sums(), **exclusions.sums()}
+    if rig is None:
+        return found
+    search.settle()
+    width_m = parameters.body_width_m or body.median_width()
+    threshold_m = parameters.contact_factor * width_m if isfinite(width_m) else 0.0
+    limit_m = _resolution_limit(search.episodes.lengths, rig.pixel_m)
+    limits_m = [_resolution_limit(item, rig.pixel_m) for item in search.sensitivity.lengths]
+    found |= search.frames.sums() | search.speed_law.sums() | search.collisions.sums()
+    found |= search.correlation.sums() | search.sensitivity.sums(limits_m)
+    found |= search.episodes.sums(limit_m, max(rig.pixel_m, threshold_m))
+    found |= passages.sums(max(sagitta(rig.radius_m, rig.exit_width_m), rig.pixel_m))
+    found["pixel"] = np.array([[1.0, rig.pixel_m]])
+    if rig.exit_width_m > 0:
+        found |= passages.search_sums()
+        found["n_s"] = np.array([[search.observed_s, skips]])
+        if isfinite(rig.depth_m):
+            found["w_s"] = np.array([[1.0, hypot(rig.exit_width_m, rig.depth_m)]])
+    return found
+
+
+def _resolution_limit(lengths: LengthSums, pixel_m: float) -> float:
+    return STEPS_IN_LIMIT * max(lengths.step_m, pixel_m)

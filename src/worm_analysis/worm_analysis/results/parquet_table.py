@@ -1,0 +1,128 @@
+"""Parquet tables: rows written as they come in bounded memory, columns read as arrays."""
+
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from worm_analysis.results import entries
+from worm_analysis.results.errors import REMEDY, ReportError
+from worm_msgs_py.record_file import RecordFile
+
+WORDS = ("where", "status", "chamber", "kind", "record", "stroke_phase")
+STAMPS = ("stamp_ns", "start_ns", "end_ns")
+
+Row = Mapping[str, Any]
+Columns = Mapping[str, NDArray[Any]]
+
+
+class TableWriter:
+    """Writes rows as they come, a row group at a time: memory stays bounded over any trial.
+
+    The bytes depend on the rows alone.
+    """
+
+    _GROUP_ROWS = 512
+
+    def __init__(self, path: Path, schema: pa.Schema):
+        self._schema = schema
+        self._rows: list[Row] = []
+        self._file = RecordFile(path)
+        self._writer = pq.ParquetWriter(self._file, schema, compression="zstd")
+        self._file.commit()
+
+    @property
+    def waiting(self) -> bool:
+        """Whether rows are not on the disk because it is full: make room, and `commit`."""
+        return self._file.waiting > 0
+
+    def append(self, row: Row) -> None:
+        """Add a row; columns that it lacks are null."""
+        self._rows.append(row)
+        if len(self._rows) >= self._GROUP_ROWS:
+            self._flush()
+            with suppress(OSError):  # it is tried again
+                self._file.commit()
+
+    def commit(self) -> None:
+        """Put what waits onto the disk; OSError where it does not fit."""
+        self._file.commit()
+
+    def close(self) -> None:
+        """Write what is left and the footer; OSError where they do not fit: try again."""
+        if self._file.closed:
+            return
+        self._flush()
+        self._writer.close()
+        self._file.commit()
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType
+    ) -> None:
+        self.close()
+
+    def _flush(self) -> None:
+        if self._rows:
+            columns = {name: [row.get(name) for row in self._rows] for name in self._schema.names}
+            self._writer.write_table(pa.table(columns, schema=self._schema))
+            self._rows.clear()
+
+
+def read_table(path: Path, columns: Iterable[str]) -> Columns:
+    """Read columns: numbers as float64 with NaN for null (without nulls int64), words as str.
+
+    Raises
+    ------
+    ReportError
+        Where the file is missing or damaged, lacks a column, or one holds something else.
+    """
+    wanted = list(columns)
+    try:
+        known = set(pq.read_schema(path).names)
+        missing = [name for name in wanted if name not in known]
+        if missing:
+            raise ReportError(f"{path}: has no column {', '.join(map(repr, missing))}: {REMEDY}")
+        table = pq.read_table(path, columns=wanted)
+        return {name: _to_numpy(name, table.column(name)) for name in wanted}
+    except FileNotFoundError:
+        raise ReportError(f"{path}: not there: {REMEDY}") from None
+    except (OSError, pa.ArrowException) as error:
+        raise ReportError(f"{path}: cannot be read as Parquet ({error}): {REMEDY}") from error
+    except ReportError:
+        raise
+    except ValueError as error:
+        raise ReportError(f"{path}: {error}: {REMEDY}") from None
+
+
+def _to_numpy(name: str, column: Any) -> NDArray[Any]:
+    """Return a column as the report needs it; ValueError where it holds something else."""
+    kind = column.type
+    if name in WORDS:
+        if not (pa.types.is_string(kind) or pa.types.is_null(kind)):
+            raise ValueError(f"column {name!r} is of type {kind}, not words")
+        dictionary = column.cast(pa.string()).combine_chunks().dictionary_encode()
+        known = [*map(entries.name, dictionary.dictionary.to_pylist()), None]  # each word once
+        index = dictionary.indices.fill_null(-1).to_numpy(zero_copy_only=False)
+        return np.asarray(np.array(known, dtype=object)[index])
+    if name in STAMPS and (not pa.types.is_integer(kind) or column.null_count):
+        raise ValueError(f"column {name!r} is of type {kind}, or has empty rows: not all stamps")
+    if not (pa.types.is_primitive(kind) or pa.types.is_null(kind)):
+        raise ValueError(f"column {name!r} is of type {kind}, not numbers")
+    if pa.types.is_integer(kind) and column.null_count == 0:
+        return np.asarray(column.to_numpy(), dtype=np.int64)
+    if pa.types.is_boolean(kind):
+        column = column.cast(pa.uint8())
+    values = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
+    if not name.endswith("_ns") and (np.abs(values) > entries.MOST).any():
+        raise ValueError(f"column {name!r} holds a number beyond all measure")
+    return values

@@ -1,0 +1,68 @@
+"""`sums.parquet`: what a trial's numbers rest on, so that trials can be added up.
+
+A row a sum and block of time: `name`, `block`, `values`. SI units; the number of items comes first.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from worm_analysis.results import entries
+from worm_analysis.results.errors import REMEDY, ReportError
+from worm_msgs_py.arrays import Floats
+
+SCHEMA = pa.schema(
+    [("name", pa.string()), ("block", pa.int64()), ("values", pa.list_(pa.float64()))]
+)
+
+
+def write_sums(path: Path, sums: Mapping[str, Floats]) -> None:
+    """Write the sums; the bytes depend on them alone.
+
+    Parameters
+    ----------
+    sums : mapping of str to ndarray, each of shape (blocks, k)
+        By name; one without blocks is left out.
+    """
+    rows = [(name, block, values) for name in sums for block, values in enumerate(sums[name])]
+    names, blocks, values = ([row[column] for row in rows] for column in range(3))
+    arrays = [pa.array(column, field.type) for column, field in
+              zip((names, blocks, values), SCHEMA, strict=True)]  # fmt: skip
+    pq.write_table(pa.table(arrays, schema=SCHEMA), path, compression="zstd")
+
+
+def read_sums(path: Path) -> dict[str, Floats]:
+    """Read the sums.
+
+    Raises
+    ------
+    ReportError
+        Where the file is missing (results of a version that did not save them) or damaged.
+    """
+    try:
+        table = pq.read_table(path, schema=SCHEMA)
+    except FileNotFoundError:
+        raise ReportError(f"{path}: not there: {REMEDY}") from None
+    except (OSError, pa.ArrowException) as error:
+        raise ReportError(f"{path}: cannot be read as Parquet ({error}): {REMEDY}") from error
+    try:
+        return _by_name(table)
+    except ValueError as error:
+        raise ReportError(f"{path}: {error}: {REMEDY}") from None
+
+
+def _by_name(table: Any) -> dict[str, Floats]:
+    """Return the sums; ValueError where they are none."""
+    names = [entries.name(name) for name in table.column("name").to_pylist()]
+    lists = table.column("values").combine_chunks()
+    flat, ends = lists.values.to_numpy(zero_copy_only=False), lists.offsets.to_numpy()
+    if lists.null_count or not np.isfinite(flat).all():
+        raise ValueError("holds what is no sum")
+    found: dict[str, list[Floats]] = {}
+    for row, name in enumerate(names):
+        found.setdefault(name, []).append(flat[ends[row] : ends[row + 1]])
+    return {name: np.array(rows) for name, rows in found.items()}

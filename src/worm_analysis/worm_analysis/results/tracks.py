@@ -1,0 +1,95 @@
+"""`tracks.parquet`: a row a frame. For people: lengths in mm, body angles in degrees.
+
+θ_h stays in radians, because it is unwrapped.
+"""
+
+from collections.abc import Sequence
+from math import degrees
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from worm_analysis.results.parquet_table import Row
+from worm_msgs_py import BodyState, Keypoint, Midline, Observables
+from worm_msgs_py.units import MM_PER_M
+
+POINTS = ("head", "centroid", "tail")
+_REAL = pa.float64()
+_DEGREES = degrees(1.0)
+_OBSERVED = {
+    "r_h_mm": ("r_h_m", MM_PER_M),
+    "r_c_mm": ("r_c_m", MM_PER_M),
+    "r_t_mm": ("r_t_m", MM_PER_M),
+    "theta_h_rad": ("theta_h_rad", 1.0),
+    "psi_b_deg": ("psi_b_rad", _DEGREES),
+    "psi_h_deg": ("psi_h_rad", _DEGREES),
+    "theta_dot_rad_s": ("theta_dot_rad_s", 1.0),
+    "v_b_mm_s": ("v_b_m_s", MM_PER_M),
+}
+"""Columns of the observables, from which field and by which factor."""
+
+SCHEMA = pa.schema(
+    [
+        ("stamp_ns", pa.int64()),
+        ("frame", pa.int64()),
+        ("where", pa.string()),
+        ("status", pa.string()),
+        ("confidence", _REAL),
+        ("head_certainty", _REAL),
+        *((f"{point}_{axis}_px", _REAL) for point in POINTS for axis in "uv"),
+        *((f"{point}_{axis}_mm", _REAL) for point in POINTS for axis in "xy"),
+        *((f"{point}_yaw_deg", _REAL) for point in POINTS),
+        ("midline_u_px", pa.list_(pa.float32())),
+        ("midline_v_px", pa.list_(pa.float32())),
+        ("midline_width_px", pa.list_(pa.float32())),
+        ("length_mm", _REAL),
+        ("width_mm", _REAL),
+        ("length_px", _REAL),
+        ("width_px", _REAL),
+        *((name, _REAL) for name in _OBSERVED),
+        ("contact", pa.bool_()),
+    ]
+)
+READ = [field.name for field in SCHEMA if not pa.types.is_list(field.type)]
+"""The columns that are read: all but the midlines."""
+
+
+def track_row(state: BodyState, midline: Midline, observables: Observables) -> Row:
+    """Return one frame's row; the three belong to the same frame."""
+    points: dict[str, Keypoint] = {
+        "head": state.head,
+        "centroid": state.centroid,
+        "tail": state.tail,
+    }
+    row: dict[str, Any] = {
+        "stamp_ns": state.stamp_ns,
+        "frame": state.frame,
+        "where": state.where.label,
+        "status": state.status.label,
+        "confidence": state.confidence,
+        "head_certainty": state.head_certainty,
+        "midline_u_px": midline.u_px.astype("float32"),
+        "midline_v_px": midline.v_px.astype("float32"),
+        "midline_width_px": midline.width_px.astype("float32"),
+        "length_mm": state.length_m * MM_PER_M,
+        "width_mm": state.width_m * MM_PER_M,
+        "length_px": state.length_px,
+        "width_px": state.width_px,
+        **{name: getattr(observables, of) * by for name, (of, by) in _OBSERVED.items()},
+        "contact": observables.contact,
+    }
+    for name, point in points.items():
+        row[f"{name}_u_px"], row[f"{name}_v_px"] = point.u_px, point.v_px
+        row[f"{name}_x_mm"], row[f"{name}_y_mm"] = point.x_m * MM_PER_M, point.y_m * MM_PER_M
+        row[f"{name}_yaw_deg"] = degrees(point.yaw_rad)
+    return row
+
+
+def observed_columns(found: Sequence[Observables]) -> dict[str, Any]:
+    """Return the columns of the observables of many frames."""
+    columns: dict[str, Any] = {
+        name: np.array([getattr(item, of) for item in found]) * by
+        for name, (of, by) in _OBSERVED.items()
+    }
+    return columns | {"contact": [item.contact for item in found]}

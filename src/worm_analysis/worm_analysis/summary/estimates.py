@@ -1,0 +1,298 @@
+"""The kinds of estimates that quantities are: each from sums to a value with a 95 % interval.
+
+A trial's interval leaves out blocks of time in turn, a pool's whole trials too; where the items
+follow a law of their own (a count, an exponential), it is never narrower than that law's. A pool's
+interval is never narrower than its blocks of time allow: one trial alone gives its own.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from math import exp, isfinite, nan
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from worm_analysis.accumulators.bins import ANGLE_EDGES, DEPTH_BIN_M, RADIUS_EDGES
+from worm_analysis.accumulators.body_size import histogram_median
+from worm_analysis.kinematics.observables import wrap_angle
+from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
+from worm_analysis.statistics.estimators import (
+    Estimate,
+    exponential_mean,
+    fraction,
+    merged_excursion_factor,
+    peak_positions,
+    per_true_cycle,
+    poisson_rate,
+    unmerged_means,
+)
+from worm_analysis.statistics.goodness_of_fit import exponential_p, grouped
+from worm_analysis.statistics.histograms import bin_centres
+from worm_analysis.statistics.penetration_law import Penetration, fit_penetration
+from worm_analysis.statistics.sample_correlation import pearson
+from worm_analysis.summary.direction_persistence import persistence_time
+from worm_analysis.summary.sums import Sums
+from worm_msgs_py.arrays import Floats
+
+Estimator = Callable[[Sums], Estimate]
+ValueOf = Callable[[Floats], Floats]
+"""From sums of shape (m, k) to m values."""
+
+
+def over(above: Floats, below: Floats) -> Floats:
+    """Return a ratio; NaN where there is nothing below."""
+    ratio: Floats = np.divide(above, below, out=np.full(len(above), nan), where=below > 0)
+    return ratio
+
+
+def _second_over_first(sums: Floats) -> Floats:
+    return over(sums[:, 1], sums[:, 0])
+
+
+def _symmetric(units: Units, value_of: ValueOf) -> Estimate:
+    value = float(value_of(units.total()[None])[0])
+    half = jackknife_half_width(units, value_of) if isfinite(value) else nan
+    return value, value - half, value + half
+
+
+def exact(name: str) -> Estimator:
+    """Return the estimator of a part of a whole that was counted in full: it has no interval."""
+    return lambda sums: (float(_second_over_first(sums.total(name)[None])[0]), nan, nan)
+
+
+def mean(name: str) -> Estimator:
+    """Return the estimator of a mean over frames, from their number and their sum."""
+    return lambda sums: _symmetric(sums.units(name), _second_over_first)
+
+
+def slope(name: str) -> Estimator:
+    """Return the estimator of a line through the origin, from sums of 1, x·y and x²."""
+    return lambda sums: _symmetric(sums.units(name), lambda rows: over(rows[:, 1], rows[:, 2]))
+
+
+def correlation_of(name: str) -> Estimator:
+    """Return the estimator of Pearson's correlation."""
+    return lambda sums: pearson(sums.units(name))
+
+
+def median(name: str, bin_width: float) -> Estimator:
+    """Return the estimator of a median, from a histogram."""
+    return lambda sums: _symmetric(
+        sums.units(name), lambda rows: histogram_median(rows) * bin_width
+    )
+
+
+def radius_peak(name: str) -> Estimator:
+    """Return the estimator of the mode of P(r), in units of R."""
+
+    def estimate(sums: Sums) -> Estimate:
+        width = sums.settings.radius_smoothing_bins
+
+        def value_of(rows: Floats) -> Floats:
+            smoothed = gaussian_filter1d(rows, width, axis=1, mode="constant")
+            return peak_positions(smoothed, bin_centres(RADIUS_EDGES))
+
+        return _symmetric(sums.units(name), value_of)
+
+    return estimate
+
+
+def angle_peak(name: str, side: int) -> Estimator:
+    """Return the estimator of the mode of an angle below (0) or above (1) zero, rad."""
+
+    def estimate(sums: Sums) -> Estimate:
+        width = sums.settings.angle_smoothing_bins
+
+        def value_of(rows: Floats) -> Floats:
+            smoothed = gaussian_filter1d(rows, width, axis=1, mode="wrap")
+            half = np.split(smoothed, 2, axis=1)[side]
+            return peak_positions(half, np.split(bin_centres(ANGLE_EDGES), 2)[side])
+
+        return _symmetric(sums.units(name), value_of)
+
+    return estimate
+
+
+def direction(name: str) -> Estimator:
+    """Return the estimator of a mean angle, from the sums of 1, sine and cosine, rad."""
+
+    def estimate(sums: Sums) -> Estimate:
+        units = sums.units(name)
+        _, up, along = units.total()
+        middle = float(np.arctan2(up, along))
+        half = jackknife_half_width(  # away from the mean, or π would be far from −π
+            units, lambda rows: wrap_angle(np.arctan2(rows[:, 1], rows[:, 2]) - middle)
+        )
+        return middle, middle - half, middle + half
+
+    return estimate
+
+
+def share(name: str) -> Estimator:
+    """Return the estimator of a fraction, from n and the number of successes."""
+
+    def estimate(sums: Sums) -> Estimate:
+        n, successes = (round(part) for part in sums.total(name))
+        value, low, high = fraction(successes, n)
+        half = jackknife_half_width(sums.units(name), _second_over_first)
+        if isfinite(half) and 0 < value < 1:  # symmetric in the log odds
+            odds, stretch = value / (1 - value), exp(half / (value * (1 - value)))
+            low = min(low, odds / stretch / (1 + odds / stretch))
+            high = max(high, odds * stretch / (1 + odds * stretch))
+        return value, low, high
+
+    return estimate
+
+
+def rate(name: str) -> Estimator:
+    """Return the estimator of a rate, from the time (a whole exposure) and a count."""
+
+    def estimate(sums: Sums) -> Estimate:
+        exposure, count = sums.total(name)
+        law = poisson_rate(round(count), float(exposure))
+        return _on_log_scale(law, jackknife_half_width(sums.units(name), _second_over_first))
+
+    return estimate
+
+
+def _on_log_scale(law: Estimate, half: float) -> Estimate:
+    """Return the wider one of a law's interval and one that is symmetric in the logarithm."""
+    value, low, high = law
+    if isfinite(half) and value > 0:
+        low, high = min(low, value * exp(-half / value)), max(high, value * exp(half / value))
+    return value, low, high
+
+
+def length(name: str, which: int | None = None, rule: str = "") -> Estimator:
+    """Return the estimator of the mean of an exponential law above a limit of resolution.
+
+    Parameters
+    ----------
+    name : str
+        The sums: complete items above the limit, and by what all items exceed it.
+    which : int or None
+        0, 1, 2: corrected for unseen episodes as d_c, d_nc, Δr_h; None: not corrected.
+    rule : str
+        Of contact, as in the sums' names.
+    """
+
+    def estimate(sums: Sums) -> Estimate:
+        n, excess = sums.total(name)[:2]
+        if not n:
+            return nan, nan, nan
+        law = exponential_mean(round(n), float(excess))
+        half = jackknife_half_width(sums.units(name), lambda rows: over(rows[:, 1], rows[:, 0]))
+        scale = 1.0 if which is None else corrections(sums, rule)[which]
+        value, low, high = _on_log_scale(law, half)
+        return value * scale, low * scale, high * scale
+
+    return estimate
+
+
+def corrections(sums: Sums, rule: str = "") -> tuple[float, float, float]:
+    """Return what the means of d_c, d_nc and Δr_h are to be multiplied by; see `unmerged_means`."""
+    (n_c, excess_c), (n_nc, excess_nc) = (
+        sums.total(f"{name}{rule}")[:2] for name in ("d_c", "d_nc")
+    )
+    step_m = head_step_m(sums, rule)
+    if not (n_c and n_nc and step_m > 0 and excess_c > 0 and excess_nc > 0):
+        return 1.0, 1.0, 1.0
+    seen = (excess_c / n_c, excess_nc / n_nc)
+    true = unmerged_means(*seen, step_m)
+    return true[0] / seen[0], true[1] / seen[1], 1 / merged_excursion_factor(true[0], step_m)
+
+
+def head_step_m(sums: Sums, rule: str = "") -> float:
+    """Return the head's mean net advance along the wall from frame to frame; 0 before any."""
+    intervals, distance_m = sums.total(f"advance{rule}")
+    return float(distance_m / intervals) if intervals else 0.0
+
+
+def reversals(sums: Sums) -> Estimate:
+    """Estimate the chance of a reversal per cycle of slide and hop."""
+    seen = share("reversal_per_cycle")(sums)
+    cycles = _cycles_in_one(sums)
+    value, low, high = (per_true_cycle(end, cycles) for end in seen)
+    return value, low, high
+
+
+def _cycles_in_one(sums: Sums) -> float:
+    """Return how many cycles of slide and hop an observed one holds: 1, where frames are dense."""
+    observed_m = true_m = 0.0
+    for name, scale in zip(("d_c", "d_nc"), corrections(sums), strict=False):
+        n_above, excess_m, n, whole_m = sums.total(name)
+        if not (n and n_above):
+            return 1.0
+        observed_m += whole_m / n
+        true_m += scale * excess_m / n_above
+    return max(1.0, observed_m / true_m) if true_m > 0 else 1.0
+
+
+def exponential_fit(name: str, bin_width: float) -> Estimator:
+    """Return the estimator of the p value of an exponential law; it has no interval.
+
+    Censored items, which are few, are left out. Where items are cut short at random, at a constant
+    rate, the complete ones are exponential too, with a shorter mean: the test is of the law,
+    whatever its mean.
+    """
+
+    def estimate(sums: Sums) -> Estimate:
+        *counts, excess = sums.total(name)
+        whole = np.rint(counts).astype(np.int64)
+        coarse = bin_width
+        if name in ("d_c_excess", "d_nc_excess"):
+            coarse = sums.settings.steps_a_group * head_step_m(sums)
+        elif name == "delta_r_h_excess":
+            coarse = pixel_m(sums)
+        per_group = max(1, round(coarse / bin_width))
+        mean_excess = excess / whole.sum()
+        p = exponential_p(grouped(whole, per_group), per_group * bin_width, float(mean_excess))
+        return p, nan, nan
+
+    return estimate
+
+
+def pixel_m(sums: Sums) -> float:
+    """Return the size of a pixel, the mean one of several trials."""
+    trials, size_m = sums.total("pixel")
+    return float(size_m / trials)
+
+
+def penetration(counts: Floats) -> Penetration:
+    """Fit F(x_p) to the depths of failed attempts (paper, Fig. 9).
+
+    Parameters
+    ----------
+    counts : ndarray, shape (k,)
+        Failures in bins of 0.1 mm from the least depth that is seen; one of them is not empty.
+        The range of the constant is the observed one, up to the deepest failure.
+    """
+    whole = np.rint(counts).astype(np.int64)
+    return _penetration(tuple(whole[: int(np.flatnonzero(whole)[-1]) + 1].tolist()))
+
+
+@lru_cache(maxsize=512)
+def _penetration(counts: tuple[int, ...]) -> Penetration:
+    edges = np.arange(len(counts) + 1, dtype=np.float64) * DEPTH_BIN_M
+    return fit_penetration(edges, np.array(counts, dtype=np.int64))
+
+
+def penetration_part(part: str) -> Estimator:
+    """Return the estimator of ``beta``, ``alpha`` or ``const`` of F(x_p), 1/m."""
+
+    def values_of(rows: Floats) -> Floats:
+        return np.array([getattr(penetration(row), part)[0] for row in rows])
+
+    def estimate(sums: Sums) -> Estimate:
+        units = sums.units("x_p")
+        law: Estimate = getattr(penetration(units.total()), part)
+        return _on_log_scale(law, jackknife_half_width(units, values_of))
+
+    return estimate
+
+
+def persistence(sums: Sums) -> Estimate:
+    """Estimate t_per, s."""
+    return persistence_time(
+        sums.units("c_theta"), sums.lag_s, sums.settings.shortest_track_in_t_per
+    )

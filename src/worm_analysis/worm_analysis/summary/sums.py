@@ -1,0 +1,58 @@
+"""Sums by name, of one trial or of several: all that a number rests on."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import nan
+
+import numpy as np
+
+from worm_analysis.statistics.block_jackknife import FEWEST_TRIALS, Units
+from worm_analysis.summary.settings import DEFAULTS, EstimateSettings
+from worm_msgs_py.arrays import Floats
+
+TrialSums = Mapping[str, Floats]
+"""Sums of one trial by name: a row a block of time (or one row), SI, the number of items first."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Sums:
+    """What several trials add up to.
+
+    Attributes
+    ----------
+    trials : sequence of mapping
+        The sums of each trial; what a trial cannot have is missing.
+    exit_width_mm : float
+        W of all of them, for the paper's values; NaN where it is not known or not the same.
+    lag_s : ndarray, shape (k,)
+        Lags of C_θ, the same in all trials; empty where they differ.
+    settings : EstimateSettings
+        How numbers follow from the sums.
+    """
+
+    trials: Sequence[TrialSums]
+    exit_width_mm: float = nan
+    lag_s: Floats = field(default_factory=lambda: np.empty(0))
+    settings: EstimateSettings = DEFAULTS
+
+    def has(self, name: str) -> bool:
+        """Whether a trial has these sums."""
+        return any(name in trial for trial in self.trials)
+
+    def units(self, name: str) -> Units:
+        """Return the parts that can be left out; KeyError where no trial has them."""
+        if not self.has(name):
+            raise KeyError(name)
+        return Units([trial[name] for trial in self.trials if name in trial])
+
+    def total(self, name: str) -> Floats:
+        """Return the sums over all trials, shape (k,); KeyError where no trial has them."""
+        return self.units(name).total()
+
+    def trials_with(self, name: str) -> int:
+        """Return how many trials have something to add."""
+        return sum(bool(trial[name].any()) for trial in self.trials if name in trial)
+
+    def resamples_trials(self, name: str) -> bool:
+        """Whether intervals allow for trials that differ."""
+        return self.trials_with(name) >= FEWEST_TRIALS
