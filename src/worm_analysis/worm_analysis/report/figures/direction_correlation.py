@@ -78,7 +78,7 @@ def persistence(data: ReportData) -> Panel:
     low = min(0.0, float(np.min(c - error)))
     axes.set_ylim(max(-1.05, low - 0.1), 1.08)
     axes.set_xlabel("time $t$ (s)")
-    axes.set_ylabel(r"correlation of direction $C_\theta$")
+    axes.set_ylabel(r"correlation of direction $C_\theta(t)$")
     figure.legend(loc="outside upper center", ncols=2, title=n, title_fontsize=7.0)
     if t_per.value is None:
         say_n(axes, "no fit:\n" + fill(t_per.why, WIDE), x=0.03, y=0.03)

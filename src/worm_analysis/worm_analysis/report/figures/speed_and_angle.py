@@ -143,7 +143,7 @@ def speed_law(data: ReportData) -> Panel:
     _cross(axes)
     axes.set_xlim(-1.02, 1.02)
     _limit_y(axes, np.r_[v, v_search], room=1.25)
-    axes.set_xlabel(r"sine of the mean body angle, $\sin\langle\psi_b\rangle$")
+    axes.set_xlabel("sine of the mean body angle (–)")
     axes.set_ylabel(r"mean speed along the wall $\langle v_b \rangle$ (mm/s)")
     axes.legend(loc="upper left", title=n, title_fontsize=7.0, alignment="left", fontsize=6.5)
     tables = {
