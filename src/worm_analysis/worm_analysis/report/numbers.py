@@ -4,6 +4,12 @@ from math import floor, isfinite, log10
 
 from worm_msgs_py import Quantity
 
+SMALL = 1e-4
+"""A number without an interval below this is written as a power of ten."""
+ROUNDING = 1e-12
+"""An interval that is a smaller part of the value is rounding, and none."""
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
 
 def decimals_for(value: float, low: float | None = None, high: float | None = None) -> int:
     """Return how many decimals to write.
@@ -15,7 +21,7 @@ def decimals_for(value: float, low: float | None = None, high: float | None = No
     if low is not None and high is not None:
         sides = [side for side in (value - low, high - value) if side > 0]
         half = min(sides, default=0.0)
-    if half > 0 and isfinite(half):
+    if half > ROUNDING * abs(value) and isfinite(half):
         return max(0, 1 - floor(log10(half)))
     if value == 0 or not isfinite(value):
         return 0
@@ -65,6 +71,9 @@ def value(quantity: Quantity) -> str:
     """Write the value with the digits that its interval supports."""
     if quantity.value is None:
         return "–"
+    if quantity.low is None and 0 < abs(quantity.value) < SMALL:
+        power = floor(log10(abs(quantity.value)))
+        return f"{written(quantity.value / 10.0**power, 1)}·10{str(power).translate(_RAISED)}"
     return written(quantity.value, decimals_for(quantity.value, quantity.low, quantity.high))
 
 

@@ -13,6 +13,7 @@ from markupsafe import Markup
 from worm_analysis.pooling import Pool, Pooled, WalkPrediction, group_width_mm, pooled_trial
 from worm_analysis.report.examples import Indices, candidates
 from worm_analysis.report.report import environment, source_name, trial_context
+from worm_analysis.report.symbols import under_rule
 from worm_analysis.results import ReportError, Results, read_results
 from worm_analysis.results.errors import REMEDY as REMEDY_OF_ONE
 from worm_msgs_py.whole_files import whole_file
@@ -285,7 +286,7 @@ def _render(
         by_width=[
             [numbers[name] for _, numbers in data.by_width]
             for name in names
-            if all(name in numbers for _, numbers in data.by_width)
+            if not under_rule(name)[1]
         ],
         walks=data.walks,
         interval_text=data.interval_text,

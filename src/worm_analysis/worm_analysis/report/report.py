@@ -198,7 +198,7 @@ def _several(count: int, noun: str, rest: str) -> str:
 
 def _as_markup(function: Any) -> Any:
     def filtered(name: str) -> Markup:
-        known = name in symbols.SYMBOLS
+        known = symbols.is_known(name)
         return Markup(function(name)) if known else Markup.escape(function(name))
 
     return filtered

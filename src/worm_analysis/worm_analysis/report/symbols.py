@@ -1,5 +1,7 @@
 """The symbol and the meaning of each quantity, for people: the table's own, and the model's."""
 
+from html import escape
+
 from worm_analysis.summary.quantities import DEFINITIONS
 
 _OF_THE_MODEL = {
@@ -21,14 +23,34 @@ UNITS = {"1": "", "deg": "°"}
 
 def html_symbol(name: str) -> str:
     """Return a quantity's symbol as HTML; its name where it has none."""
-    return SYMBOLS[name][0] if name in SYMBOLS else name
+    return _of(name, 0, name)
 
 
 def plain_symbol(name: str) -> str:
     """Return a quantity's symbol for a figure; its name where it has none."""
-    return SYMBOLS[name][1] if name in SYMBOLS else name.replace("_", " ")
+    return _of(name, 1, name.replace("_", " "))
 
 
 def meaning(name: str) -> str:
     """Return what a quantity is, as HTML; empty where that is not known here."""
-    return SYMBOLS[name][2] if name in SYMBOLS else ""
+    return _of(name, 2, "")
+
+
+def is_known(name: str) -> bool:
+    """Whether a quantity has a symbol, which is markup of ours."""
+    return under_rule(name)[0] in SYMBOLS
+
+
+def under_rule(name: str) -> tuple[str, str]:
+    """Return a quantity's own name, and the rule of contact that it is told under, in words."""
+    own, _, rule = name.partition("_at_")
+    return (own, rule.replace("_", " ")) if own in SYMBOLS else (name, "")
+
+
+def _of(name: str, column: int, other: str) -> str:
+    own, rule = under_rule(name)
+    if own not in SYMBOLS:
+        return other
+    if column == 2 and rule:
+        return f"{SYMBOLS[own][2]}, with {escape(rule)}"
+    return SYMBOLS[own][column]
