@@ -27,7 +27,7 @@ class Observation:
     occluded : tuple of int
         How many points at the midline's first, and last, end were not seen but supposed.
     appearance : ndarray, shape (n,), or None
-        How the first half of an open body differs in looks from the last one.
+        How the first half of an open body differs in width and darkness from the last one.
     unresolved : Detection or None
         Where the body is coiled: what a later frame needs to tell how it lay.
     """

@@ -101,7 +101,7 @@ class WormTrack:
     bodies : LastBodies
         Its midlines in the last two pictures.
     linked : ndarray, shape (TRACKED_POINTS, 2), or None
-        The last midline of which the order of the ends has been settled.
+        The last midline that has been put in the order of the ends of those before.
     frames_lost, frames_unresolved : int
         Pictures since the worm was last seen, and without a midline although it was seen.
     """

@@ -185,26 +185,9 @@ class RigMonitor:
     ) -> GeometryChange | None:
         """Find the rig where it is now; None where it has not moved or is not to be seen."""
         old, settings = self.assumed.chambers, self._settings
-        circles = [
-            fit_circle(picture, (c.centre_u_px, c.centre_v_px), settings.calibration.circle)
-            for c in old
-        ]
-        moved = [
-            _on_circle(chamber, circle)
-            for chamber, circle in zip(old, circles, strict=True)
-            if circle is not None
-            and abs(circle.radius / chamber.radius_px - 1) < settings.most_radius_ratio_off
-        ]
-        if len(moved) < len(old):
-            try:
-                fresh = calibrate(
-                    picture, self._parameters, stamp_ns, settings=settings.calibration
-                )
-            except NoChamberFound:
-                return None
-            if len(fresh.chambers) != len(old):
-                return None
-            moved = list(fresh.chambers)
+        moved = self._found_again(picture, stamp_ns)
+        if not moved:
+            return None
         turn = self._turn(picture, moved, contour)
         motion = _affine_map(old[0], moved[0], turn)
         chambers = tuple(
@@ -230,6 +213,25 @@ class RigMonitor:
         )
         why = f"the rig moved by {max(shifts):.1f} px and turned by {np.degrees(turn):.1f} degrees"
         return self._adopt(picture, stamp_ns, known, motion, why, chambers)
+
+    def _found_again(self, picture: Picture, stamp_ns: int) -> list[Chamber]:
+        """Return the chambers where their walls are now; none where one is not to be seen."""
+        old, settings = self.assumed.chambers, self._settings
+        moved = []
+        for chamber in old:
+            centre = chamber.centre_u_px, chamber.centre_v_px
+            circle = fit_circle(picture, centre, settings.calibration.circle)
+            if circle is None:
+                continue
+            if abs(circle.radius / chamber.radius_px - 1) < settings.most_radius_ratio_off:
+                moved.append(_on_circle(chamber, circle))
+        if len(moved) == len(old):
+            return moved
+        try:
+            fresh = calibrate(picture, self._parameters, stamp_ns, settings=settings.calibration)
+        except NoChamberFound:
+            return []
+        return list(fresh.chambers) if len(fresh.chambers) == len(old) else []
 
     def _turn(self, picture: Picture, moved: list[Chamber], contour: Floats | None) -> float:
         """Return by how much the rig has turned, counter-clockwise as seen."""

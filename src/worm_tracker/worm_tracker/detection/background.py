@@ -49,7 +49,7 @@ class Background:
     empty : ndarray of float32, shape (h, w)
         What it would show without a worm (see `empty_rig`).
     worm : ndarray of uint8, shape (h, w)
-        Non-zero where the worm, widened by its blur, hides the background of the first picture.
+        Non-zero where the worm, widened by its blur, covers the background of the first picture.
     water : ndarray of bool, shape (h, w)
         Where clear water lets all light through.
     settings : BackgroundSettings
@@ -74,9 +74,9 @@ class Background:
     ) -> None:
         self._settings = settings
         self.limit = glare_limit(np.rint(empty).astype(np.uint8))
-        hidden = (worm > 0) | (picture > self.limit)
-        self._mean = np.where(hidden, empty, picture).astype(np.float32)
-        self._count = np.where(hidden, 0, 1).astype(np.float32)
+        masked = (worm > 0) | (picture > self.limit)
+        self._mean = np.where(masked, empty, picture).astype(np.float32)
+        self._count = np.where(masked, 0, 1).astype(np.float32)
         self.picture = np.rint(self._mean).astype(np.uint8)
         clear = np.where(water, empty, 0).astype(np.float32)
         self.dim = DimPlaces(self.picture, clear, settings.dim)
@@ -182,8 +182,8 @@ class Background:
         gain : float
             The picture's, see `gain`.
         worm_mask : callable
-            Returns, for a window, a mask that is not zero where the worm hides the background; None
-            where it hides none of it.
+            Returns, for a window, a mask that is not zero where the worm covers it; None
+            where it covers none of it.
         """
         height, settings = picture.shape[0], self._settings
         if self._frames < settings.first_frames:
@@ -194,21 +194,21 @@ class Background:
             self._next = 0 if last == height else last
         self._frames += 1
         band = slice(first, last), slice(0, picture.shape[1])
-        hidden = worm_mask(band)
+        masked = worm_mask(band)
         if any_glare(picture[band], self.limit[band]):
             white = cv2.compare(picture[band], self.limit[band], cv2.CMP_GT)
             white = cv2.dilate(white, np.ones((5, 5), np.uint8))
-            hidden = np.asarray(
-                white if hidden is None else cv2.bitwise_or(hidden, white), np.uint8
+            masked = np.asarray(
+                white if masked is None else cv2.bitwise_or(masked, white), np.uint8
             )
         count, mean = self._count[first:last], self._mean[first:last]
         now = picture[first:last] * np.float32(1 / gain)
         most = max(self._most_visits, settings.first_frames)
         if count.min() >= most:
-            free = None if hidden is None else np.asarray(hidden == 0, np.uint8)
+            free = None if masked is None else np.asarray(masked == 0, np.uint8)
             cv2.accumulateWeighted(now, mean, 1 / most, mask=free)
         else:
-            seen = np.ones(1, bool) if hidden is None else hidden == 0
+            seen = np.ones(1, bool) if masked is None else masked == 0
             np.add(count, 1, out=count, where=seen)
             np.minimum(count, most, out=count)
             now -= mean

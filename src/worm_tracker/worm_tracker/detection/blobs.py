@@ -143,11 +143,11 @@ def draw_blob(blob: Blob, window: Window, widen: int = 0) -> Picture:
     """Return a mask of the object in a window, its holes filled, widened by some pixels."""
     mask = np.zeros((window[0].stop - window[0].start, window[1].stop - window[1].start), np.uint8)
     offset = (-window[1].start, -window[0].start)
-    # Where it is widened by more than that, the corners of a coarser outline do not show.
-    outline = [np.ascontiguousarray(blob.contour[:: max(1, widen - 1), None, :])]
-    cv2.drawContours(mask, outline, -1, 255, cv2.FILLED, offset=offset)
+    # Where it is widened by more than that, the corners of a coarser contour do not show.
+    coarse = [np.ascontiguousarray(blob.contour[:: max(1, widen - 1), None, :])]
+    cv2.drawContours(mask, coarse, -1, 255, cv2.FILLED, offset=offset)
     if widen:
-        cv2.drawContours(mask, outline, -1, 255, 2 * widen + 1, offset=offset)
+        cv2.drawContours(mask, coarse, -1, 255, 2 * widen + 1, offset=offset)
     return mask
 
 

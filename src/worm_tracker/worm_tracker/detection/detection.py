@@ -165,7 +165,7 @@ class Detection:
         return thickness(draw_blob(self.blob, self.view.window))
 
     def is_occluder_at(self, points: Floats) -> Mask:
-        """Return at which points (n, 2) of the picture glare may hide the body's edges."""
+        """Return at which points (n, 2) of the picture glare may occlude the body's edges."""
         if self.occluder is None:
             return np.zeros(len(points), bool)
         height, width = self.occluder.shape

@@ -268,7 +268,7 @@ class Detector:
     def _detect_in_glare(
         self, picture: Picture, gain: float, prior: DetectionPrior
     ) -> Detection | None:
-        """Find a worm that glare may hide a part of; None where there is none near it."""
+        """Find a worm that glare may occlude in part; None where there is none near it."""
         threshold, settings = self._threshold(prior), self._settings
         if not np.isfinite(threshold):
             return None

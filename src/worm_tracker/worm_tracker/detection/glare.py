@@ -43,7 +43,7 @@ class GlareView(NamedTuple):
         As in a `SignalView`; in what is white `smooth` is so much stronger that the usual threshold
         is right there too.
     occluder : ndarray of uint8
-        Not zero where the glare may hide the worm.
+        Not zero where the glare may occlude the worm.
     """
 
     signal: Picture

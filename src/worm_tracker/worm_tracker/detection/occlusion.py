@@ -45,7 +45,7 @@ class OcclusionSettings:
     worm_length_over_longest_fragment: float = 3.0
     """What the worm's length is taken to be where it is not known."""
     least_bridge_part_occluded: float = 0.6
-    """Least part of a bridge that lies where the picture may hide the body."""
+    """Least part of a bridge that lies where the body may be occluded."""
     most_length_over_known: float = 1.06
     """Length of the reconnected body that is not believed: a worm stretches by less."""
     missing_length_widths: float = 1.5
@@ -88,7 +88,7 @@ class OccludedView:
     signal : ndarray of uint8, shape (h, w)
         Light that the worm takes away, in a window.
     occluder : ndarray of uint8, shape (h, w)
-        Not zero where the picture may hide the body.
+        Not zero where the body may be occluded.
     width, length, level : float
         Of the worm, pixels and grey levels; a length of 0 where none is known yet.
     body : ndarray, shape (n, 2), or None
@@ -113,7 +113,7 @@ class OccludedView:
         return float((hit & inside).mean())
 
     def goes_on(self, line: Floats) -> bool:
-        """Tell whether a line's last end lies before a place that may hide more of the body."""
+        """Tell whether a line's last end lies before a place that may occlude more of the body."""
         reach = self.settings.occluder_ahead_widths + self.settings.fading_stretch_widths
         ahead = np.linspace(0.0, reach, 8)[:, None] * self.width * self.direction(line)
         return self.part_occluded(line[-1] + ahead) > 0
@@ -155,7 +155,7 @@ def reconnect(blobs: list[Blob], view: OccludedView) -> ReconnectedBody | None:
     Returns
     -------
     ReconnectedBody or None
-        None where nothing of the worm is at a place that may hide it.
+        None where nothing of the worm is at a place that may occlude it.
     """
     lines = [line for line in (_line(blob, view) for blob in blobs) if line is not None]
     if view.body is not None:

@@ -25,13 +25,13 @@ def reconnected(
     prior: DetectionPrior,
     settings: OcclusionSettings,
 ) -> ReconnectedBody | None:
-    """Return the worm put together from the fragments in a window; None where nothing hides it.
+    """Return the worm put together from the fragments in a window; None where nothing is occluded.
 
     Parameters
     ----------
     view : SignalView
     occluder : ndarray of uint8
-        Not zero where the picture may hide the body.
+        Not zero where the body may be occluded.
     width, level : float
         The worm's, pixels and grey levels.
     prior : DetectionPrior
@@ -53,7 +53,7 @@ def drawn(
     ----------
     view : SignalView
     occluder : ndarray of uint8
-        Not zero where the picture may hide the body.
+        Not zero where the body may be occluded.
     body : ReconnectedBody
     width, level : float
         What it is drawn with, pixels and grey levels.

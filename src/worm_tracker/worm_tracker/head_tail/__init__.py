@@ -1,1 +1,1 @@
-"""Which end is the head: how midlines are linked, how the ends look, and what motion tells."""
+"""Which end is the head: links between midlines, appearance of the ends, and what motion tells."""

@@ -38,7 +38,7 @@ APPEARANCE = AppearanceSettings()
 def appearance_difference(
     points: Floats, widths: Floats, smooth: Picture, origin: tuple[int, int]
 ) -> Floats:
-    """Return how the first half of a body differs in looks from the last one.
+    """Return how the first half of a body differs in appearance from the last one.
 
     Parameters
     ----------

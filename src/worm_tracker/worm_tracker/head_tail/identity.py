@@ -1,7 +1,7 @@
 """Which end is the head: running log odds from how the body moves.
 
 Links between frames carry them on. A link that may be the wrong way round takes their certainty
-away; how the ends look, before and after, can give it back.
+away; the appearance of the ends, before and after, can give it back.
 """
 
 from dataclasses import dataclass, field, replace
@@ -32,13 +32,13 @@ class HeadTailSettings:
     activity_memory_frames: float = 100.0
     """Memory of the activity; it counts after a quarter of that."""
     most_appearance_log_odds: float = 1.0
-    """Most that the appearance of an end can add: it looks as the head did while it was certain."""
+    """Most that the appearance of an end can add: it is like the head's while that was certain."""
     certain_log_odds: float = 3.0
     """Beyond this (95 %) the head is taken as decided."""
     least_corrected_log_odds: float = 0.01
     """The least that an operator's correction still counts for, after links in doubt."""
     doubtful_below_reliability: float = 0.99
-    """A link less reliable than this is decided by how the ends look, if they differ."""
+    """A link less reliable than this is decided by the appearance of the ends, if they differ."""
     deciding_frames: int = 15
     """Frames after such a link whose mean appearance decides it."""
     link: LinkSettings = field(default_factory=LinkSettings)
@@ -131,9 +131,9 @@ class _Doubt:
     since : float
         Log odds from motion after it, in the order from after it.
     appearance : ndarray
-        Sum of the differences in looks seen after it.
-    looks : int
-        How many.
+        Sum of the differences of the ends' appearance seen after it.
+    frames_seen : int
+        How many frames that was.
     """
 
     before: float
@@ -142,7 +142,7 @@ class _Doubt:
     frames: int = 0
     since: float = 0.0
     appearance: Floats = field(default_factory=lambda: np.zeros(1))
-    looks: int = 0
+    frames_seen: int = 0
 
     def over_link(self, reliability: float) -> "_Doubt":
         """Return the doubt after a further link."""
@@ -198,8 +198,8 @@ class HeadTail:
         self._chain = Chain(track, settings.link)
         self._motion = 0.0
         self._activity = _Activity()
-        self._body_looks = AppearanceModel(settings.appearance)
-        self._head_looks = AppearanceModel(settings.appearance)
+        self._body_appearance = AppearanceModel(settings.appearance)
+        self._head_appearance = AppearanceModel(settings.appearance)
         self._doubt: _Doubt | None = None
         self._decided = 0
         self._corrected = False
@@ -222,12 +222,12 @@ class HeadTail:
 
     @property
     def _from_appearance(self) -> float:
-        """Log odds from how the head looked while it was certain."""
-        few = self._body_looks.frames < self._settings.deciding_frames
+        """Log odds from the appearance of the head while it was certain."""
+        few = self._body_appearance.frames < self._settings.deciding_frames
         if self._corrected or self._doubt is not None or few:
             return 0.0
         most = self._settings.most_appearance_log_odds
-        return min(max(self._head_looks.log_odds(self._body_looks.mean), -most), most)
+        return min(max(self._head_appearance.log_odds(self._body_appearance.mean), -most), most)
 
     @property
     def begun(self) -> bool:
@@ -281,20 +281,22 @@ class HeadTail:
         self._motion = self._bounded(diluted(self._motion, reliability))
 
     def _add_appearance(self, appearance: Floats) -> LinkDecision | None:
-        """Remember how the ends look, or tell by it which way round a link in doubt was."""
+        """Remember the ends' appearance, or tell by it which way round a link in doubt was."""
         settings, doubt = self._settings, self._doubt
         if doubt is None:
-            self._body_looks = self._body_looks.updated(appearance)
+            self._body_appearance = self._body_appearance.updated(appearance)
             belief = self._from_motion
             if abs(belief) >= settings.certain_log_odds:
                 head = appearance if belief > 0 else -appearance
-                self._head_looks = self._head_looks.updated(head)
+                self._head_appearance = self._head_appearance.updated(head)
             return None
-        doubt = replace(doubt, appearance=doubt.appearance + appearance, looks=doubt.looks + 1)
-        same = doubt.same + self._body_looks.log_odds(doubt.appearance / doubt.looks)
+        doubt = replace(
+            doubt, appearance=doubt.appearance + appearance, frames_seen=doubt.frames_seen + 1
+        )
+        same = doubt.same + self._body_appearance.log_odds(doubt.appearance / doubt.frames_seen)
         self._motion = self._bounded(diluted(doubt.before, 1 / (1 + exp(-same))) + doubt.since)
         self._doubt = doubt
-        if doubt.looks < settings.deciding_frames:
+        if doubt.frames_seen < settings.deciding_frames:
             return None
         self._doubt = None
         if same < 0:  # back to the order from before the link

@@ -74,7 +74,7 @@ def contour_midline(
     Parameters
     ----------
     contour : ndarray, shape (n, 2)
-        The outline's pixels in order.
+        Its pixels in order.
     width : float
         The body's expected width, pixels.
     last : ndarray, shape (TRACKED_POINTS, 2), or None

@@ -17,7 +17,7 @@ from worm_msgs_py.arrays import Floats, Floats32, Picture
 from worm_tracker.midline.curve import TRACKED_POINTS, arc_length, resample
 
 _MOST_TERMS = 24
-"""Cosine terms of the direction along a slender body; a stout one bends in fewer ways."""
+"""Cosine terms of the direction along a long body; a stout one bends in fewer ways."""
 _SUBSTEPS = 3
 """Sub-steps between midline points when distances are measured."""
 _FINE_POINTS = (TRACKED_POINTS - 1) * _SUBSTEPS + 1

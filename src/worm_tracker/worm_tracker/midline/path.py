@@ -153,9 +153,9 @@ def continued(
 
 def _onwards(stretch: Complex, step: float, count: int, most_curved: float) -> Complex:
     """Return the points that follow on a stretch, on an arc of its curvature (1 / pixels)."""
-    pieces = np.diff(stretch)
-    heading = np.unwrap(np.angle(pieces))
-    at = step * (np.arange(len(pieces)) + 0.5 - len(pieces))  # 0 at the stretch's end
+    segments = np.diff(stretch)
+    heading = np.unwrap(np.angle(segments))
+    at = step * (np.arange(len(segments)) + 0.5 - len(segments))  # 0 at the stretch's end
     off = at - at.mean()
     curvature = float(off @ heading) / float(off @ off)
     curvature = min(max(curvature, -most_curved), most_curved)

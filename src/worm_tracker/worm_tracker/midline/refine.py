@@ -45,7 +45,7 @@ class RefineSettings:
     """Distance of the cross-sections: closer ones share their pixels and tell little more."""
     fewest_sections: int = 40
     most_sections: int = 200
-    """Bounds on their number: a stout body still bends, a slender one must not take too long."""
+    """Bounds on their number: a stout body still bends, a long one must not take too long."""
     start_before_tip_widths: float = 0.35
     """How far from its ends the first midline is cut: the tips are looked for from within."""
     smoothing_widths: float = 0.35
