@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from crawling_worm import FRAME_NS, SMALL_RIG, crawl, film, wavy_path
 
-from worm_tracker.head_tail.identity import HEAD_TAIL, ExchangeKind
+from worm_tracker.head_tail.identity import ExchangeKind, HeadTailSettings
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
@@ -91,7 +91,9 @@ def test_an_operators_word_reaches_the_frames_that_are_held_back(there_and_back)
     assert push_all(other, [*still, still[0]]) == []
     for one, tracked in zip(other.finish(), given, strict=True):
         assert tracked.state.head.u_px == one.state.tail.u_px
-    assert given[0].state.head_certainty > 1 / (1 + np.exp(-HEAD_TAIL.most_log_odds)) - 0.01
+    assert (
+        given[0].state.head_certainty > 1 / (1 + np.exp(-HeadTailSettings().most_log_odds)) - 0.01
+    )
 
 
 def test_there_is_nothing_to_exchange_before_a_worm_was_seen():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from worm_model.simulator.rig import Body, draw
 from worm_msgs_py import Status
 from worm_tracker.detection.blobs import Blob
-from worm_tracker.head_tail.identity import HeadTail
+from worm_tracker.head_tail.identity import HeadTail, HeadTailSettings
 from worm_tracker.midline.curve import as_points, transformed_points
 from worm_tracker.midline.path import path_of
 from worm_tracker.observation import Observation
@@ -67,7 +67,7 @@ def test_the_log_odds_of_the_head_do_not_change_by_a_bump(turn, right, down, ste
     odds = []
     for bumped in (False, True):
         track = WormTrack()
-        identity = HeadTail(track)
+        identity = HeadTail(track, HeadTailSettings())
         for k, points in enumerate(bodies):
             if bumped and k == 6:
                 track.transform(motion)

@@ -89,9 +89,6 @@ class FollowerSettings:
     cutting: DebrisCuttingSettings = field(default_factory=DebrisCuttingSettings)
 
 
-FOLLOWER = FollowerSettings()
-
-
 class Follower:
     """Follows the worm; one detection in, one `Observation` out.
 
@@ -105,7 +102,7 @@ class Follower:
     """
 
     def __init__(
-        self, track: WormTrack, shape: tuple[int, ...], settings: FollowerSettings = FOLLOWER
+        self, track: WormTrack, shape: tuple[int, ...], settings: FollowerSettings
     ) -> None:
         self._track = track
         self._shape = shape

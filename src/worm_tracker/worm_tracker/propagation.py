@@ -63,9 +63,6 @@ class PropagationSettings:
     fit: BodyFitSettings = field(default_factory=BodyFitSettings)
 
 
-PROPAGATION = PropagationSettings()
-
-
 def propagate(
     detection: Detection,
     model: BodyModel,
@@ -73,7 +70,7 @@ def propagate(
     before: Floats | None,
     frames: int,
     contour_body: RefinedMidline | None,
-    settings: PropagationSettings = PROPAGATION,
+    settings: PropagationSettings,
 ) -> PropagatedBody:
     """Propagate the worm's body to an object that touches itself, from where the body was.
 
@@ -124,7 +121,7 @@ def propagate_back(
     model: BodyModel,
     opened: Observation,
     detections: Sequence[Detection],
-    settings: PropagationSettings = PROPAGATION,
+    settings: PropagationSettings,
 ) -> Iterator[Observation]:
     """Propagate a midline back through the pictures before it.
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worm_tracker.detection.blobs import find_blobs, whole_picture
-from worm_tracker.detection.occlusion import OccludedView, reconnect
+from worm_tracker.detection.blobs import BlobSettings, find_blobs, whole_picture
+from worm_tracker.detection.occlusion import OccludedView, OcclusionSettings, reconnect
 
 WIDTH, LEVEL, SHAPE = 12.0, 140.0, (300, 400)
 
@@ -27,8 +27,10 @@ def drawn(*lines):
 
 
 def reconnected(signal, occluder, length=0.0, body=None):
-    blobs = find_blobs(signal, 0.4 * LEVEL, whole_picture(SHAPE))
-    return reconnect(blobs, OccludedView(signal, occluder, WIDTH, length, LEVEL, body))
+    blobs = find_blobs(signal, 0.4 * LEVEL, whole_picture(SHAPE), BlobSettings())
+    return reconnect(
+        blobs, OccludedView(signal, occluder, WIDTH, length, LEVEL, body, OcclusionSettings())
+    )
 
 
 def box(u0, u1):

@@ -6,7 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_msgs_py import Status
-from worm_tracker.head_tail.identity import HeadTail, certainty, certainty_before_link
+from worm_tracker.head_tail.identity import (
+    HeadTail,
+    HeadTailSettings,
+    certainty,
+    certainty_before_link,
+)
 from worm_tracker.observation import Observation
 from worm_tracker.worm_track import WormTrack
 
@@ -36,7 +41,7 @@ def seen(points, appearance=None, confidence=1.0):
 
 def follow(midlines, turned):
     """Push midlines, some the other way round; return identity and whether the head is first."""
-    identity = HeadTail(WormTrack())
+    identity = HeadTail(WormTrack(), HeadTailSettings())
     for midline, flip in zip(midlines, turned, strict=True):
         identity.push(seen(midline[::-1] if flip else midline))
     return identity, (identity.log_odds > 0) != bool(turned[0])
@@ -62,7 +67,7 @@ def test_time_reversed_motion_exchanges_the_ends(step, turned):
 def test_a_worm_at_rest_decides_nothing():
     rng = np.random.default_rng(0)
     still = crawling(1, 0.0)[0]
-    identity = HeadTail(WormTrack())
+    identity = HeadTail(WormTrack(), HeadTailSettings())
     for _ in range(500):
         identity.push(seen(still + 0.1 * rng.standard_normal((65, 1))))
     assert not identity.certain
@@ -107,7 +112,7 @@ DIFFERENCE = np.linspace(0.3, -0.1, 16)
 def crawled_then_missed(frames_missed, appearance, seed=0):
     """Return an identity that saw a worm go ahead, and then did not see it for a while."""
     rng = np.random.default_rng(seed)
-    identity = HeadTail(WormTrack())
+    identity = HeadTail(WormTrack(), HeadTailSettings())
     for points in crawling(60, 3.0):
         noise = 0.05 * rng.standard_normal(16)
         identity.push(seen(points, None if appearance is None else appearance + noise))

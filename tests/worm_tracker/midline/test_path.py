@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from worm_tracker.midline.curve import as_points
-from worm_tracker.midline.path import BodyPath, continued, evenly, path_of
+from worm_tracker.midline.path import BodyPath, ContinuationSettings, continued, evenly, path_of
 
 
 def test_a_path_does_not_shrink_however_often_its_nodes_are_laid_anew():
@@ -21,4 +21,6 @@ def test_a_path_does_not_shrink_however_often_its_nodes_are_laid_anew():
 def test_a_path_is_continued_on_its_own_circle():
     radius, width = 16.0, 8.0
     path = path_of(as_points(radius * np.exp(1j * np.linspace(0, 4, 80))), None, width)
-    assert np.abs(continued(path, 10, width)) == pytest.approx(radius, abs=0.1)
+    assert np.abs(continued(path, 10, width, ContinuationSettings())) == pytest.approx(
+        radius, abs=0.1
+    )

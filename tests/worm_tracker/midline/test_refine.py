@@ -5,7 +5,7 @@ import pytest
 
 from worm_model.simulator.rig import Body, Optics, Rig, draw
 from worm_tracker.midline.curve import resample
-from worm_tracker.midline.refine import refine
+from worm_tracker.midline.refine import RefineSettings, refine
 
 CLEAR = 200
 RIG = Rig(
@@ -33,7 +33,7 @@ def test_a_faint_image_under_one_flank_of_the_head_moves_no_centroid(darker):
     found = []
     for each in (clean, picture):
         signal = np.clip(CLEAR - np.rint(each), 0, 255).astype(np.uint8)
-        found.append(refine(signal, (0, 0), resample(body.points_px, 65), WIDTH))
+        found.append(refine(signal, (0, 0), resample(body.points_px, 65), WIDTH, RefineSettings()))
     without, ghost = found
     assert abs(ghost.u - without.u) < 0.25
     assert abs(ghost.area / without.area - 1) < 0.005

@@ -5,7 +5,7 @@ import pytest
 
 from worm_model.simulator.rig import Optics, Rig, draw
 from worm_model.simulator.worm import rounded_body
-from worm_tracker.midline.refine import refine
+from worm_tracker.midline.refine import RefineSettings, refine
 
 CLEAR = 200
 LENGTH_WIDTHS = 15.0
@@ -24,7 +24,9 @@ def errors(bend, width, noise, seed):
     body = rounded_body(np.stack([z.real, z.imag], axis=1), width)
     dark = draw(rig, body, seed).astype(float)
     signal = np.clip(CLEAR - dark, 0, 255).astype(np.uint8)
-    refined = refine(signal, (0, 0), body.at(np.linspace(3.0, body.length_px - 3.0, 65)), width)
+    refined = refine(
+        signal, (0, 0), body.at(np.linspace(3.0, body.length_px - 3.0, 65)), width, RefineSettings()
+    )
     found = []
     for tip, from_tip, inner in ((0, 0.0, 2.0), (-1, body.length_px, body.length_px - 2.0)):
         true, near = (complex(*body.at(at)) for at in (from_tip, inner))

@@ -40,7 +40,6 @@ def calibrate(
     picture: Picture,
     parameters: TrackerParameters,
     stamp_ns: int,
-    version: int = 1,
     settings: CalibrationSettings = CALIBRATION,
 ) -> Geometry:
     """Find the chambers, their exits and the scale in one back-lit picture.
@@ -51,8 +50,8 @@ def calibrate(
         Dark walls on bright water (an inverted picture for a bright worm).
     parameters : TrackerParameters
         What is given is not looked for.
-    stamp_ns, version : int
-        Those of the geometry.
+    stamp_ns : int
+        That of the geometry; its version is 1.
     settings : CalibrationSettings
 
     Returns
@@ -70,9 +69,9 @@ def calibrate(
     """
     h, w = picture.shape
     if parameters.no_chamber:
-        return Geometry(version, stamp_ns, w, h)
+        return Geometry(1, stamp_ns, w, h)
     circles = _given_circles(parameters, w, h) or sorted(
-        find_circles(picture, settings=settings.circle), key=lambda circle: circle.u
+        find_circles(picture, settings.circle), key=lambda circle: circle.u
     )
     if not circles:
         raise NoChamberFound(_why_none(picture, settings))
@@ -82,7 +81,7 @@ def calibrate(
     )
     chambers = with_shared_passage(chambers, settings)
     length = passage_length(chambers, parameters)
-    return Geometry(version, stamp_ns, w, h, chambers, parameters.depth_m, length)
+    return Geometry(1, stamp_ns, w, h, chambers, parameters.depth_m, length)
 
 
 def passage_length(chambers: tuple[Chamber, ...], parameters: TrackerParameters) -> float:
@@ -100,7 +99,7 @@ def passage_length(chambers: tuple[Chamber, ...], parameters: TrackerParameters)
 
 
 def with_shared_passage(
-    chambers: tuple[Chamber, ...], settings: CalibrationSettings = CALIBRATION
+    chambers: tuple[Chamber, ...], settings: CalibrationSettings
 ) -> tuple[Chamber, ...]:
     """Give two chambers that share a passage its width, where a worm hides one of its ends.
 

@@ -46,9 +46,6 @@ class CircleFitSettings:
     """RMS distance of the edges from the circle beyond both of which the wall is none."""
 
 
-CIRCLE_FIT = CircleFitSettings()
-
-
 @dataclass(frozen=True, slots=True)
 class FittedCircle:
     """A circle fitted to the wall's inner edge.
@@ -75,7 +72,7 @@ class FittedCircle:
 
 
 def find_circles(
-    picture: Picture, most: int = 2, settings: CircleFitSettings = CIRCLE_FIT
+    picture: Picture, settings: CircleFitSettings, most: int = 2
 ) -> list[FittedCircle]:
     """Find the chambers in a back-lit picture, the largest first.
 
@@ -83,9 +80,9 @@ def find_circles(
     ----------
     picture : ndarray of uint8, shape (h, w)
         Bright water, dark walls.
+    settings : CircleFitSettings
     most : int
         Number of chambers to look for; they must be of about equal size.
-    settings : CircleFitSettings
 
     Returns
     -------
@@ -120,7 +117,7 @@ def find_circles(
 
 
 def fit_circle(
-    picture: Picture, inside: tuple[float, float], settings: CircleFitSettings = CIRCLE_FIT
+    picture: Picture, inside: tuple[float, float], settings: CircleFitSettings
 ) -> FittedCircle | None:
     """Fit the wall around a point inside a chamber; None where there is no circular wall.
 

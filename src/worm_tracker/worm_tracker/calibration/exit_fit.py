@@ -22,9 +22,6 @@ class ExitFitSettings:
     simulated pictures with noise of 3 grey levels and a blur of 0.6 to 2 px."""
 
 
-EXIT_FIT = ExitFitSettings()
-
-
 @dataclass(frozen=True, slots=True)
 class FittedExit:
     """The straight passage that opens into a chamber.
@@ -46,7 +43,7 @@ class FittedExit:
 
 
 def find_exit(
-    picture: Picture, circle: FittedCircle, settings: ExitFitSettings = EXIT_FIT
+    picture: Picture, circle: FittedCircle, settings: ExitFitSettings
 ) -> FittedExit | None:
     """Find the widest gap in a chamber's wall; None where the wall is closed.
 

@@ -31,9 +31,6 @@ class MotionDetectorSettings:
     """Brightness of the wall over the water's from which there is no edge to look at."""
 
 
-MOTION_DETECTOR = MotionDetectorSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class _Wall:
     """Points of one wall among all points watched."""
@@ -62,7 +59,7 @@ class MotionDetector:
         self,
         picture: Picture,
         geometry: Geometry,
-        settings: MotionDetectorSettings = MOTION_DETECTOR,
+        settings: MotionDetectorSettings,
     ) -> None:
         self._settings = settings
         points, normals, self._walls = _wall_points(geometry, settings)

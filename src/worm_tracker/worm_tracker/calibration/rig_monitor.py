@@ -45,9 +45,6 @@ class RigMonitorSettings:
     motion: MotionDetectorSettings = field(default_factory=MotionDetectorSettings)
 
 
-RIG_MONITOR = RigMonitorSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class GeometryChange:
     """A new version of the geometry, and why.
@@ -97,11 +94,11 @@ class RigMonitor:
         picture: Picture,
         parameters: TrackerParameters,
         stamp_ns: int,
-        settings: RigMonitorSettings = RIG_MONITOR,
+        settings: RigMonitorSettings,
     ) -> None:
         self._parameters = parameters
         self._settings = settings
-        self.assumed = calibrate(picture, parameters, stamp_ns, settings=settings.calibration)
+        self.assumed = calibrate(picture, parameters, stamp_ns, settings.calibration)
         self.geometry = self.assumed
         watched = bool(self.geometry.chambers) and not parameters.chamber_given
         self._motion = MotionDetector(picture, self.geometry, settings.motion) if watched else None
@@ -228,7 +225,7 @@ class RigMonitor:
         if len(moved) == len(old):
             return moved
         try:
-            fresh = calibrate(picture, self._parameters, stamp_ns, settings=settings.calibration)
+            fresh = calibrate(picture, self._parameters, stamp_ns, settings.calibration)
         except NoChamberFound:
             return []
         return list(fresh.chambers) if len(fresh.chambers) == len(old) else []

@@ -36,9 +36,6 @@ class BackgroundSettings:
     dim: DimPlacesSettings = field(default_factory=DimPlacesSettings)
 
 
-BACKGROUND = BackgroundSettings()
-
-
 class Background:
     """A running mean of every pixel over the frames in which the worm was elsewhere.
 
@@ -70,7 +67,7 @@ class Background:
         empty: Floats32,
         worm: Picture,
         water: Mask,
-        settings: BackgroundSettings = BACKGROUND,
+        settings: BackgroundSettings,
     ) -> None:
         self._settings = settings
         self.limit = glare_limit(np.rint(empty).astype(np.uint8))

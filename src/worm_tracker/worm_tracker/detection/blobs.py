@@ -26,9 +26,6 @@ class BlobSettings:
     """Log of the ratio of two areas that may be one worm's at two times."""
 
 
-BLOBS = BlobSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Blob:
     """One connected object.
@@ -101,7 +98,7 @@ def window_around(box: tuple[int, int, int, int], margin: int, shape: tuple[int,
 
 
 def find_blobs(
-    signal: Picture, threshold: float, window: Window, settings: BlobSettings = BLOBS
+    signal: Picture, threshold: float, window: Window, settings: BlobSettings
 ) -> list[Blob]:
     """Find the connected objects above a threshold, the largest first.
 
@@ -173,7 +170,7 @@ def most_likely_worm(
     return best
 
 
-def several_of_area(blobs: list[Blob], area: float, settings: BlobSettings = BLOBS) -> bool:
+def several_of_area(blobs: list[Blob], area: float, settings: BlobSettings) -> bool:
     """Tell whether several objects have the worm's area (False where that is 0, not known)."""
     most = settings.most_log_area_ratio_of_one_worm
     return sum(abs(log(blob.area / area)) < most for blob in blobs) > 1 if area > 0 else False
@@ -195,7 +192,7 @@ def noise_sd(signal: NDArray[np.int16]) -> float:
     return max(1.4826 * float(np.median(np.abs(sparse - np.median(sparse)))), 0.5)
 
 
-def first_threshold(signal: Picture, noise: float, settings: BlobSettings = BLOBS) -> float:
+def first_threshold(signal: Picture, noise: float, settings: BlobSettings) -> float:
     """Return the signal's level between noise and worm, by Otsu's method above the noise.
 
     Infinity where nothing stands out.

@@ -1,7 +1,7 @@
 """What is not worm: debris that hangs on to it is cut off, debris beside it becomes background."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -10,6 +10,7 @@ from worm_msgs_py.arrays import Floats, Mask, Picture
 from worm_tracker.detection.background import Background
 from worm_tracker.detection.blobs import (
     Blob,
+    BlobSettings,
     Window,
     draw_blob,
     find_blobs,
@@ -41,9 +42,6 @@ class DebrisCuttingSettings:
     """The worm is at least this part of the object."""
 
 
-DEBRIS_CUTTING = DebrisCuttingSettings()
-
-
 @dataclass(frozen=True, slots=True)
 class DebrisSettings:
     """What beside the worm is absorbed into the background as debris."""
@@ -70,16 +68,14 @@ class DebrisSettings:
     """How wide a worm is drawn for what is not debris: with its blur."""
     worm_blur_px: int = 5
     """How far around the worm its blur may darken the background."""
-
-
-DEBRIS = DebrisSettings()
+    blobs: BlobSettings = field(default_factory=BlobSettings)
 
 
 def without_debris(
     detection: Detection,
     model: BodyModel | None,
     body: Floats | None,
-    settings: DebrisCuttingSettings = DEBRIS_CUTTING,
+    settings: DebrisCuttingSettings,
 ) -> Iterator[Detection]:
     """Return detections in which the worm may be told from what hangs on to it, likeliest first.
 
@@ -176,9 +172,7 @@ class Surroundings:
     noise: float
 
 
-def absorb_debris(
-    background: Background, seen: Surroundings, settings: DebrisSettings = DEBRIS
-) -> None:
+def absorb_debris(background: Background, seen: Surroundings, settings: DebrisSettings) -> None:
     """Take what came, or left, beside the worm for background at once.
 
     The worm only makes things darker: where a picture is brighter than the background, dirt or a
@@ -215,7 +209,7 @@ def _debris_in(
     where = (gone > 0) & (dim_places | (now > ground + level)) & (glare < level)
     where |= (there > 0) & dim_places & ((ends == 0) | (signal < level))
     signal[(worm > 0) | (ends > 0)] = 0
-    for debris in find_blobs(signal, level, window):
+    for debris in find_blobs(signal, level, window, settings.blobs):
         if debris.area < settings.largest_area_over_worm * seen.model.area:
             where |= (draw_blob(debris, window, 1) > 0) & (worm == 0) & (ends == 0)
     return np.asarray(where)

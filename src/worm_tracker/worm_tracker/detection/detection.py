@@ -9,6 +9,7 @@ from worm_msgs_py.arrays import Floats, Mask, Picture
 from worm_msgs_py.status import Status
 from worm_tracker.detection.blobs import (
     Blob,
+    BlobSettings,
     Window,
     draw_blob,
     find_blobs,
@@ -92,6 +93,8 @@ class SignalView:
         Of `smooth`: what lies above is object.
     gain : float
         The picture's brightness over the background's.
+    settings : BlobSettings
+        What counts as an object.
     """
 
     window: Window
@@ -99,6 +102,11 @@ class SignalView:
     smooth: Picture
     threshold: float
     gain: float
+    settings: BlobSettings
+
+    def blobs(self) -> list[Blob]:
+        """Return the objects, in the picture's coordinates, the largest first."""
+        return find_blobs(self.smooth, self.threshold, self.window, self.settings)
 
     @property
     def origin(self) -> tuple[int, int]:
@@ -174,14 +182,12 @@ class Detection:
 
     def restricted_to(self, mask: Picture) -> "Detection | None":
         """Return the largest object within a mask of the window; what is outside is no signal."""
-        view = self.view
-        smooth = np.asarray(cv2.bitwise_and(view.smooth, mask), np.uint8)
-        blobs = find_blobs(smooth, view.threshold, view.window)
-        if not blobs:
-            return None
         wide = cv2.dilate(mask, np.ones((2 * _RIM_PX + 1, 2 * _RIM_PX + 1), np.uint8))
-        signal = np.asarray(cv2.bitwise_and(view.signal, wide), np.uint8)
-        return replace(self, view=replace(view, signal=signal, smooth=smooth), blob=blobs[0])
+        signal = np.asarray(cv2.bitwise_and(self.view.signal, wide), np.uint8)
+        smooth = np.asarray(cv2.bitwise_and(self.view.smooth, mask), np.uint8)
+        view = replace(self.view, signal=signal, smooth=smooth)
+        blobs = view.blobs()
+        return replace(self, view=view, blob=blobs[0]) if blobs else None
 
     def cropped(self, margin_px: int) -> "Detection":
         """Return what must be kept to look at the object later: a small window around it."""

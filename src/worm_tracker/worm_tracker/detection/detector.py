@@ -79,9 +79,6 @@ class DetectorSettings:
     debris: DebrisSettings = field(default_factory=DebrisSettings)
 
 
-DETECTOR = DetectorSettings()
-
-
 class Detector:
     """Detects the worm from picture to picture, and keeps the background that it is told by.
 
@@ -96,9 +93,7 @@ class Detector:
     settings : DetectorSettings
     """
 
-    def __init__(
-        self, picture: Picture, geometry: Geometry, settings: DetectorSettings = DETECTOR
-    ) -> None:
+    def __init__(self, picture: Picture, geometry: Geometry, settings: DetectorSettings) -> None:
         self._settings = settings
         empty, arena = empty_rig(picture, geometry, settings.illumination)
         self._arena = arena.astype(np.uint8) * 255
@@ -239,13 +234,15 @@ class Detector:
         self, picture: Picture, gain: float, window: Window, prior: DetectionPrior
     ) -> SignalView:
         signal = self._signal(picture, gain, window)
-        return SignalView(window, signal, smoothed(signal), self._threshold(prior), gain)
+        return SignalView(
+            window, signal, smoothed(signal), self._threshold(prior), gain, self._settings.blobs
+        )
 
     def _detect_in(
         self, view: SignalView, shape: tuple[int, ...], prior: DetectionPrior
     ) -> Detection | None:
         """Find the worm in a window; None where it is not there, or not all of it."""
-        blobs = self._blobs(view.smooth, view.threshold, view.window)
+        blobs = view.blobs()
         blob = self._pick(blobs, prior)
         if blob is None or (blob.touches(view.window) and not blob.touches(whole_picture(shape))):
             return None
@@ -254,7 +251,7 @@ class Detector:
 
     def _missed(self, view: SignalView, prior: DetectionPrior) -> Missed:
         """Say why there is no worm in the whole picture."""
-        blobs = self._blobs(view.smooth, view.threshold, view.window)
+        blobs = view.blobs()
         if prior.model is None:  # no worm has been seen yet: the threshold may be wrong
             self._first_threshold = first_threshold(view.signal, self._noise, self._settings.blobs)
         rivals = prior.blob is None and self._several_worms(blobs, prior)
@@ -285,7 +282,7 @@ class Detector:
         through = look_through_glare(
             now, limit, background, self._arena[window], width, threshold, settings.glare
         )
-        view = SignalView(window, through.signal, through.smooth, threshold, gain)
+        view = SignalView(window, through.signal, through.smooth, threshold, gain, settings.blobs)
         reach = settings.glare_reach_widths * width
         if body is not None and not may_occlude(through.occluder, view.in_window(body), reach):
             return None
@@ -293,7 +290,7 @@ class Detector:
         body_seen = reconnected(view, through.occluder, width, level, prior, settings.occlusion)
         if body_seen is not None:
             return drawn(view, through.occluder, body_seen, width, level)
-        blobs = self._blobs(view.smooth, threshold, window)
+        blobs = view.blobs()
         blob = self._pick(blobs, prior)
         if blob is None:
             return None

@@ -26,9 +26,6 @@ class DimPlacesSettings:
     """How far about a dim place its blur reaches."""
 
 
-DIM_PLACES = DimPlacesSettings()
-
-
 class DimPlaces:
     """Weighs the signal by the light that clear water would let through, over what is let through.
 
@@ -42,9 +39,7 @@ class DimPlaces:
     settings : DimPlacesSettings
     """
 
-    def __init__(
-        self, background: Picture, clear: Floats32, settings: DimPlacesSettings = DIM_PLACES
-    ) -> None:
+    def __init__(self, background: Picture, clear: Floats32, settings: DimPlacesSettings) -> None:
         self._settings = settings
         self._clear = clear
         self._dim = np.rint(settings.dim_over_clear * clear).astype(np.uint8)

@@ -31,9 +31,6 @@ class GlareSettings:
     """How far around what is white the picture may be of no use."""
 
 
-GLARE = GlareSettings()
-
-
 class GlareView(NamedTuple):
     """A window as it is seen through glare.
 
@@ -68,7 +65,7 @@ def look_through_glare(
     arena: Picture,
     width: float,
     threshold: float,
-    settings: GlareSettings = GLARE,
+    settings: GlareSettings,
 ) -> GlareView:
     """Look through the fringe of glare.
 

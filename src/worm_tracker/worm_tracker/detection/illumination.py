@@ -34,12 +34,7 @@ class IlluminationSettings:
     """Brightness over that of its entrance from which a place is taken to be in the passage."""
 
 
-ILLUMINATION = IlluminationSettings()
-
-
-def fit_illumination(
-    picture: Picture, arena: Mask, settings: IlluminationSettings = ILLUMINATION
-) -> Floats32:
+def fit_illumination(picture: Picture, arena: Mask, settings: IlluminationSettings) -> Floats32:
     """Fit a smooth field to the bright background of a picture, dark objects left out.
 
     Parameters
@@ -77,7 +72,7 @@ def fit_illumination(
 
 
 def empty_rig(
-    picture: Picture, geometry: Geometry, settings: IlluminationSettings = ILLUMINATION
+    picture: Picture, geometry: Geometry, settings: IlluminationSettings
 ) -> tuple[Floats32, Mask]:
     """Return what the picture would show without a worm, and where the worm can be.
 
@@ -124,9 +119,7 @@ def empty_rig(
     return background, arena
 
 
-def arena_of(
-    picture: Picture, geometry: Geometry, settings: IlluminationSettings = ILLUMINATION
-) -> Mask:
+def arena_of(picture: Picture, geometry: Geometry, settings: IlluminationSettings) -> Mask:
     """Return where in the picture a worm can be, shape (h, w); see `empty_rig`."""
     if not geometry.chambers:
         return np.ones(picture.shape, bool)
@@ -168,7 +161,7 @@ def passage_end(
     picture: Picture,
     geometry: Geometry,
     chamber: Chamber,
-    settings: IlluminationSettings = ILLUMINATION,
+    settings: IlluminationSettings,
 ) -> float:
     """Return how far along a chamber's x axis its passage goes, metres; NaN without an exit.
 

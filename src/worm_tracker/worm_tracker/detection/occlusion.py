@@ -1,6 +1,6 @@
 """Reconnects the fragments of the body across an occlusion."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import acos, pi
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.blobs import Blob
-from worm_tracker.midline.contour_midline import contour_midline
+from worm_tracker.midline.contour_midline import ContourMidlineSettings, contour_midline
 from worm_tracker.midline.curve import arc_length, resample
 
 
@@ -50,9 +50,7 @@ class OcclusionSettings:
     """Length of the reconnected body that is not believed: a worm stretches by less."""
     missing_length_widths: float = 1.5
     """A body shorter than the known one by so much goes on in the occluder."""
-
-
-OCCLUSION = OcclusionSettings()
+    contour: ContourMidlineSettings = field(default_factory=ContourMidlineSettings)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,7 +100,7 @@ class OccludedView:
     length: float
     level: float
     body: Floats | None
-    settings: OcclusionSettings = OCCLUSION
+    settings: OcclusionSettings
 
     def part_occluded(self, points: Floats) -> float:
         """Return the part of some points that lie in the occluder."""
@@ -259,7 +257,7 @@ def _line(blob: Blob, view: OccludedView) -> Floats | None:
     if blob.area < settings.least_fragment_area_widths2 * width**2:
         return None
     if blob.area > settings.least_midline_area_widths2 * width**2:
-        found = contour_midline(blob.contour, width, None)
+        found = contour_midline(blob.contour, width, None, settings.contour)
         if found is not None:
             narrow = found.width < settings.most_fragment_width_over_worm * width
             return found.points if narrow else None

@@ -40,7 +40,8 @@ def reconnected(
     body = None if prior.body is None else view.in_window(prior.body)
     length = prior.model.length if prior.model else 0.0
     seen = OccludedView(view.signal, occluder, width, length, level, body, settings)
-    blobs = find_blobs(view.smooth, view.threshold, whole_picture(view.smooth.shape))
+    here = whole_picture(view.smooth.shape)
+    blobs = find_blobs(view.smooth, view.threshold, here, view.settings)
     return reconnect(blobs, seen)
 
 
@@ -62,14 +63,15 @@ def drawn(
     smooth = paint(view.smooth, body.bridges, width, level)
     for fragment in body.fragments:  # one object, also where it fades
         smooth = paint(smooth, [fragment], 1, level)
-    blobs = find_blobs(smooth, view.threshold, view.window)
+    view = replace(view, signal=signal, smooth=smooth)
+    blobs = view.blobs()
     if not blobs:
         return None
     first = body.fragments[0]
     ((u, v),) = view.in_picture(first[len(first) // 2][None]).tolist()
     inside = [cv2.pointPolygonTest(blob.contour[:, None], (u, v), True) for blob in blobs]
     return Detection(
-        replace(view, signal=signal, smooth=smooth),
+        view,
         blobs[int(np.argmax(inside))],
         occlusion=Occlusion(view.in_picture(body.ends), body.occluded_ends),
         occluder=occluder,

@@ -32,9 +32,6 @@ class AppearanceSettings:
     """Most that it can tell: it may change."""
 
 
-APPEARANCE = AppearanceSettings()
-
-
 def appearance_difference(
     points: Floats, widths: Floats, smooth: Picture, origin: tuple[int, int]
 ) -> Floats:
@@ -74,7 +71,7 @@ def appearance_difference(
 class AppearanceModel:
     """Mean and variance of the differences seen of a body, all in the same order of its ends."""
 
-    settings: AppearanceSettings = APPEARANCE
+    settings: AppearanceSettings
     frames: int = 0
     mean: Floats = field(default_factory=lambda: np.zeros(2 * _PARTS))
     variance: Floats = field(default_factory=lambda: np.zeros(2 * _PARTS))

@@ -45,9 +45,6 @@ class HeadTailSettings:
     appearance: AppearanceSettings = field(default_factory=AppearanceSettings)
 
 
-HEAD_TAIL = HeadTailSettings()
-
-
 class ExchangeKind(StrEnum):
     """Who exchanged head and tail."""
 
@@ -193,7 +190,7 @@ class HeadTail:
         Times that a decision, once certain, was turned into its contrary.
     """
 
-    def __init__(self, track: WormTrack, settings: HeadTailSettings = HEAD_TAIL) -> None:
+    def __init__(self, track: WormTrack, settings: HeadTailSettings) -> None:
         self._settings = settings
         self._chain = Chain(track, settings.link)
         self._motion = 0.0

@@ -39,9 +39,6 @@ class LinkSettings:
     body: BodyModelSettings = field(default_factory=BodyModelSettings)
 
 
-LINK = LinkSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class BodyMotion:
     """How a body moved between two midlines.
@@ -86,7 +83,7 @@ class Chain:
     settings : LinkSettings
     """
 
-    def __init__(self, track: WormTrack, settings: LinkSettings = LINK) -> None:
+    def __init__(self, track: WormTrack, settings: LinkSettings) -> None:
         self._track = track
         self._settings = settings
         self._gap = 1

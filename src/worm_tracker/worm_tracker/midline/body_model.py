@@ -22,9 +22,6 @@ class BodyModelSettings:
         return max(self.most_end_step_widths * width, self.most_end_step_lengths * length)
 
 
-BODY_MODEL = BodyModelSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class BodyModel:
     """Running means over frames with a sound midline.
@@ -35,9 +32,9 @@ class BodyModel:
         Pixels, pixels, square pixels, grey levels of the signal on the midline.
     widths : ndarray, shape (TRACKED_POINTS,)
         Along the body, in the order of the last midline.
+    settings : BodyModelSettings
     frames : int
         How many there were.
-    settings : BodyModelSettings
     """
 
     length: float
@@ -45,16 +42,14 @@ class BodyModel:
     area: float
     level: float
     widths: Floats
+    settings: BodyModelSettings
     frames: int = 1
-    settings: BodyModelSettings = BODY_MODEL
 
     @classmethod
-    def of(
-        cls, midline: RefinedMidline, area: float, settings: BodyModelSettings = BODY_MODEL
-    ) -> "BodyModel":
+    def of(cls, midline: RefinedMidline, area: float, settings: BodyModelSettings) -> "BodyModel":
         """Return what a first midline tells."""
         length, width = length_of(midline.points), mean_width(midline.widths)
-        return cls(length, width, area, midline.level, midline.widths, settings=settings)
+        return cls(length, width, area, midline.level, midline.widths, settings)
 
     def updated(self, midline: RefinedMidline, area: float) -> "BodyModel":
         """Return the model with one midline more, whose widths are in the order of the others."""
@@ -65,8 +60,8 @@ class BodyModel:
             area=self.area + rate * (area - self.area),
             level=self.level + rate * (midline.level - self.level),
             widths=self.widths + rate * (midline.widths - self.widths),
-            frames=self.frames + 1,
             settings=self.settings,
+            frames=self.frames + 1,
         )
 
     def leaps(self, points: Floats, last: Floats, frames: int) -> bool:

@@ -41,9 +41,6 @@ class ContourMidlineSettings:
     """Displacement beyond which it costs no more: the worm was lost, or mistaken."""
 
 
-CONTOUR_MIDLINE = ContourMidlineSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class ContourMidline:
     """A midline to within a pixel or two.
@@ -67,7 +64,7 @@ def contour_midline(
     contour: NDArray[np.int32],
     width: float,
     last: Floats | None,
-    settings: ContourMidlineSettings = CONTOUR_MIDLINE,
+    settings: ContourMidlineSettings,
 ) -> ContourMidline | None:
     """Find the midline of a body that does not touch itself.
 

@@ -42,9 +42,6 @@ class CrossSectionSettings:
     """Most that one edge alone may be off its place: farther off it is another part's."""
 
 
-CROSS_SECTIONS = CrossSectionSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class CrossSections:
     """What is seen across a path, at each of its nodes.
@@ -81,7 +78,7 @@ def cross_sections(
     level: float,
     width: float,
     tip_nodes: int,
-    settings: CrossSectionSettings = CROSS_SECTIONS,
+    settings: CrossSectionSettings,
 ) -> CrossSections:
     """Look for a body's edges across a path.
 

@@ -50,15 +50,12 @@ class BodyFitSettings:
     """Most that a term moves in one step: the problem is linear no farther."""
 
 
-BODY_FIT = BodyFitSettings()
-
-
 def fit_body(
     mask: Picture,
     start: Floats,
     widths: Floats,
     length: float,
-    settings: BodyFitSettings = BODY_FIT,
+    settings: BodyFitSettings,
 ) -> Floats:
     """Fit a body to a mask.
 

@@ -30,9 +30,6 @@ class EdgeSettings:
     """Part of the body's level below which there is no body: above noise and reflections."""
 
 
-EDGES = EdgeSettings()
-
-
 @cache
 def distance_powers(first: int, last: int, powers: int = 2) -> Floats32:
     """Return the powers 0, 1, … of the distances from `first` to `last` samples, one a row."""
@@ -63,7 +60,7 @@ def sample_lines(signal: Picture, lines: list[Complex], t: Floats32) -> Floats32
 
 
 def find_edges(
-    profiles: Floats32, level: Floats32, width: float, settings: EdgeSettings = EDGES
+    profiles: Floats32, level: Floats32, width: float, settings: EdgeSettings
 ) -> tuple[Floats, Mask]:
     """Return the distance at which each profile falls through the half-height of its edge.
 

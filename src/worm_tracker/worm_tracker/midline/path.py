@@ -36,9 +36,6 @@ class ContinuationSettings:
     """Least radius of curvature of the continuation: a body does not bend more tightly."""
 
 
-CONTINUATION = ContinuationSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class BodyPath:
     """Where a body lies, from tip to tip, and how it slides.
@@ -127,9 +124,7 @@ def evenly(curve: Complex, count: int, first: float = 0.0, last: float | None = 
     return np.asarray(CubicSpline(s, curve)(at), np.complex128)
 
 
-def continued(
-    path: BodyPath, beyond: int, width: float, settings: ContinuationSettings = CONTINUATION
-) -> Complex:
+def continued(path: BodyPath, beyond: int, width: float, settings: ContinuationSettings) -> Complex:
     """Return a path's curve with some nodes more at both ends, on arcs of its curvature there.
 
     Parameters

@@ -76,9 +76,6 @@ class PathFollowingSettings:
     sections: CrossSectionSettings = field(default_factory=CrossSectionSettings)
 
 
-PATH_FOLLOWING = PathFollowingSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class ExpectedBody:
     """What a body that slides along its path is expected to be.
@@ -126,8 +123,8 @@ def slide_along_path(
     signal: Picture,
     path: BodyPath,
     body: ExpectedBody,
-    frames: int = 1,
-    settings: PathFollowingSettings = PATH_FOLLOWING,
+    frames: int,
+    settings: PathFollowingSettings,
 ) -> BodyPath | None:
     """Slide a body along itself into a picture.
 

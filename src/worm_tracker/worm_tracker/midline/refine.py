@@ -65,9 +65,6 @@ class RefineSettings:
     edge: EdgeSettings = field(default_factory=EdgeSettings)
 
 
-REFINE = RefineSettings()
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class RefinedMidline:
     """A midline below a pixel.
@@ -100,7 +97,7 @@ def refine(
     origin: tuple[int, int],
     first: Floats,
     width: float,
-    settings: RefineSettings = REFINE,
+    settings: RefineSettings,
 ) -> RefinedMidline:
     """Refine a midline on the signal.
 

@@ -46,9 +46,6 @@ class TipSettings:
     edge: EdgeSettings = field(default_factory=EdgeSettings)
 
 
-TIPS = TipSettings()
-
-
 class _EndBases(NamedTuple):
     """Points within both ends: places, outward directions there, bend (radians a pixel)."""
 
@@ -58,7 +55,7 @@ class _EndBases(NamedTuple):
 
 
 def with_tips(
-    signal: Picture, curve: Complex, level: float, width: float, settings: TipSettings = TIPS
+    signal: Picture, curve: Complex, level: float, width: float, settings: TipSettings
 ) -> Complex:
     """Let a centred midline, which ends short of its tips, end at the outermost points.
 
