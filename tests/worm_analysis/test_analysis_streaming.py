@@ -15,7 +15,7 @@ from worm_analysis.accumulators.frame_rows import FrameRows
 from worm_analysis.analysis import Analysis
 from worm_analysis.statistics.block_jackknife import Units
 from worm_analysis.summary.direction_persistence import correlation_curve
-from worm_analysis.summary.estimates import correlation_of, direction
+from worm_analysis.summary.estimates import direction, pearson_of
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py import Episode, EpisodeKind, Visit
 
@@ -98,12 +98,12 @@ def test_what_goes_with_the_speed_equals_the_plain_computation(seed):
     assert sums.total("theta_dot_psi_b")[0] == rows.sum()
     if rows.sum() > 2:
         r = np.corrcoef(offline.theta_dot[rows], offline.psi_b[rows])[0, 1]
-        assert correlation_of("theta_dot_psi_b")(sums)[0] == pytest.approx(r, abs=1e-9)
+        assert pearson_of("theta_dot_psi_b")(sums)[0] == pytest.approx(r, abs=1e-9)
     pairs = offline.collisions()
     assert sums.total("theta_dot_incidence")[0] == len(pairs)
     if len(pairs) > 2:
         r = np.corrcoef(pairs.T)[0, 1]
-        assert correlation_of("theta_dot_incidence")(sums)[0] == pytest.approx(r, abs=1e-9)
+        assert pearson_of("theta_dot_incidence")(sums)[0] == pytest.approx(r, abs=1e-9)
     turns, directed_s = offline.turns()
     assert sums.total("reversal_rate") == pytest.approx([directed_s, turns], abs=1e-9)
     v = R * offline.theta_dot[np.isfinite(offline.theta_dot)]

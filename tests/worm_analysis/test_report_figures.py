@@ -10,9 +10,9 @@ from report_trial import CHAMBER, record, states, telegraph_walk, without_chambe
 
 from worm_analysis.accumulators.bins import RADIUS_EDGES
 from worm_analysis.report import theme
-from worm_analysis.report.examples import example_spans, reversals
-from worm_analysis.report.figures.body_angle import ANGLE_EDGES_DEG, angle_density, body_angle
-from worm_analysis.report.figures.direction_correlation import persistence
+from worm_analysis.report.examples import count_reversals, example_spans
+from worm_analysis.report.figures.body_angle import ANGLE_EDGES_DEG, angle_density, body_angle_panel
+from worm_analysis.report.figures.direction_correlation import persistence_panel
 from worm_analysis.report.figures.model_comparison import model_comparison
 from worm_analysis.report.figures.picture_motion import picture_motion, picture_trajectories, speed
 from worm_analysis.report.figures.radial_distance import radial_density, radii
@@ -77,7 +77,7 @@ def test_mirrored_trial_flips_y_of_the_trajectories(results, mirrored):
 def test_mirrored_trial_flips_the_body_angle_and_leaves_the_radii(results, mirrored):
     steps = [
         [patch.get_data() for patch in make(of_trial(trial)).figure.axes[0].patches]
-        for make in (body_angle, radii)
+        for make in (body_angle_panel, radii)
         for trial in (results, mirrored)
     ]
     for here, there in zip(steps[0], steps[1], strict=True):
@@ -88,7 +88,7 @@ def test_mirrored_trial_flips_the_body_angle_and_leaves_the_radii(results, mirro
 
 @pytest.mark.parametrize(("row", "sign"), [(0, 1), (2, -1), (3, -1)])
 def test_mirrored_trial_flips_the_angles_against_time(results, mirrored, row, sign):
-    colour = theme.HEAD if row == 0 else theme.INK
+    colour = theme.HEAD_COLOUR if row == 0 else theme.INK
     t_s, value = line(time_traces(results).figure.axes[row], colour)
     mirror_t_s, mirror_value = line(time_traces(mirrored).figure.axes[row], colour)
     np.testing.assert_allclose(mirror_t_s, t_s)
@@ -97,7 +97,7 @@ def test_mirrored_trial_flips_the_angles_against_time(results, mirrored, row, si
 
 def test_mirrored_trial_turns_the_other_way_round(results, mirrored):
     turned = [
-        np.diff(line(time_traces(trial).figure.axes[1], theme.HEAD)[1])
+        np.diff(line(time_traces(trial).figure.axes[1], theme.HEAD_COLOUR)[1])
         for trial in (results, mirrored)
     ]
     np.testing.assert_allclose(turned[1], -turned[0], atol=1e-6)
@@ -105,7 +105,7 @@ def test_mirrored_trial_turns_the_other_way_round(results, mirrored):
 
 def test_theta_h_rises_where_the_body_points_counter_clockwise(results):
     axes = time_traces(results).figure.axes
-    t_s, theta = line(axes[1], theme.HEAD)
+    t_s, theta = line(axes[1], theme.HEAD_COLOUR)
     psi = line(axes[2], theme.INK)[1]
     known = np.isfinite(theta) & np.isfinite(psi)
     rate = np.gradient(theta[known], t_s[known])
@@ -164,7 +164,7 @@ def test_fit_and_paper_in_fig_3_have_the_means_that_they_say(results):
 
 
 def test_fig_7a_shows_measurement_fit_walk_and_paper(results):
-    axes = persistence(of_trial(results)).figure.axes[0]
+    axes = persistence_panel(of_trial(results)).figure.axes[0]
     t_per = results.quantity("t_per").value
     for label, decay_s in (("fit", t_per), ("boundary walk", 5.0), ("paper", 27.0)):
         lag_s, c = labelled(axes, label)
@@ -199,7 +199,7 @@ def test_each_chamber_has_axes_of_its_own(results):
     both = replace(results, chambers=(CHAMBER, other), tracks={**results.tracks, "where": where})
     figure = trajectories(both).figure
     assert [axes.get_title() for axes in figure.axes] == ["chamber a", "chamber b"]
-    shown = sum(np.isfinite(line(axes, theme.HEAD)[0]).sum() for axes in figure.axes)
+    shown = sum(np.isfinite(line(axes, theme.HEAD_COLOUR)[0]).sum() for axes in figure.axes)
     assert shown == np.isfinite(results.tracks["head_x_mm"]).sum()
 
 
@@ -209,15 +209,15 @@ def test_head_in_the_passage_is_drawn_in_the_chamber_that_it_left(results):
     far = replace(CHAMBER, name="chamber_b", centre_u_px=CHAMBER.centre_u_px + 2200)
     left = replace(results, chambers=(CHAMBER, far), tracks={**results.tracks, "where": where})
     (axes,) = trajectories(left).figure.axes
-    shown = np.isfinite(line(axes, theme.HEAD)[0]).sum()
+    shown = np.isfinite(line(axes, theme.HEAD_COLOUR)[0]).sum()
     assert shown == np.isfinite(results.tracks["head_x_mm"]).sum()
 
 
 def test_long_trial_shows_a_minute_and_the_whole_thinned(tmp_path):
     long = read_results(record(tmp_path / "trial", states(130.0, 20.0)))
     minute, whole = trajectories(long).figure.axes
-    assert 0.9 * 1200 <= len(line(minute, theme.HEAD)[0]) <= 1200
-    assert len(line(whole, theme.HEAD)[0]) <= 1500
+    assert 0.9 * 1200 <= len(line(minute, theme.HEAD_COLOUR)[0]) <= 1200
+    assert len(line(whole, theme.HEAD_COLOUR)[0]) <= 1500
     panel = time_traces(long)
     assert len(panel.figure.axes) == 8
     assert "chosen by rule" in panel.reading
@@ -247,7 +247,7 @@ def test_reversals_of_a_triangle_are_counted(turns):
     t_s = np.arange(0.0, 60.0, 0.05)
     theta = np.cumsum(np.where((t_s * (turns + 1) // 60) % 2, -1.0, 1.0))
     theta[100:140] = np.nan
-    assert reversals(t_s, theta) == turns
+    assert count_reversals(t_s, theta) == turns
 
 
 @given(st.lists(st.sampled_from([1.0, 0.0, np.nan]), min_size=2, max_size=40))
@@ -293,7 +293,7 @@ def test_picture_is_shown_as_it_is_v_down(tmp_path):
     axes = picture_trajectories(bare).figure.axes[0]
     bottom, top = axes.get_ylim()
     assert bottom > top
-    u, v = line(axes, theme.HEAD)
+    u, v = line(axes, theme.HEAD_COLOUR)
     np.testing.assert_array_equal(u, bare.tracks["head_u_px"])
     np.testing.assert_array_equal(v, bare.tracks["head_v_px"])
     above, below = picture_motion(bare).figure.axes
@@ -315,7 +315,9 @@ def test_model_is_drawn_in_units_of_the_measurement(results):
     assert places["boundary walk", 0] == pytest.approx(5.0 / 8.0)
 
 
-@pytest.mark.parametrize("make", [trajectories, radii, body_angle, time_traces, persistence])
+@pytest.mark.parametrize(
+    "make", [trajectories, radii, body_angle_panel, time_traces, persistence_panel]
+)
 def test_axes_have_labels_with_units(results, make):
     data = results if make in (trajectories, time_traces) else of_trial(results)
     for axes in make(data).figure.axes:

@@ -72,7 +72,7 @@ def bars(axes):
 def test_what_is_held_together_is_blue_and_the_rest_orange(results):
     panel = joint_question(with_comparison(results, needs=NEEDS))
     axes = panel.figure.axes[0]
-    head, centroid = theme.HEAD.lower(), theme.CENTROID.lower()
+    head, centroid = theme.HEAD_COLOUR.lower(), theme.CENTROID_COLOUR.lower()
     assert [colour for _, colour in bars(axes)] == [head, centroid, head]
     assert [ends for ends, _ in bars(axes)] == [(0.25, 0.35), (0.02, 0.04), (0.2, 0.4)]
     assert [text.get_text() for text in axes.texts] == ["none"]
@@ -115,8 +115,8 @@ def test_the_papers_observations_have_names_and_the_persistence_stands_apart():
     assert labels == list(OF_PAPER.values())
     drawn = [line for line in axes.lines if len(line.get_xdata()) == 2]
     at = {labels[int(line.get_ydata()[0])]: colours.to_hex(line.get_color()) for line in drawn}
-    assert at[OF_PAPER["t_per"]] == theme.CENTROID.lower()
-    assert at[OF_PAPER["reversal"]] == at[OF_PAPER["tau_h"]] == theme.HEAD.lower()
+    assert at[OF_PAPER["t_per"]] == theme.CENTROID_COLOUR.lower()
+    assert at[OF_PAPER["reversal"]] == at[OF_PAPER["tau_h"]] == theme.HEAD_COLOUR.lower()
 
 
 def test_the_bars_are_the_scores(results):

@@ -4,7 +4,7 @@ from math import nan
 
 from worm_analysis.accumulators.body_size import BodySums
 from worm_analysis.accumulators.exclusions import STALE, UNCERTAIN, UNTRACKED, Exclusions
-from worm_analysis.accumulators.trial_sums import Rig, trial_sums
+from worm_analysis.accumulators.trial_sums import ChamberSize, trial_sums
 from worm_analysis.accumulators.wall_search import WallSearch
 from worm_analysis.events.contacts import ClosedEpisode
 from worm_analysis.kinematics.angular_speed import UnwrappedAngle
@@ -134,14 +134,14 @@ class Analysis:
 
     def correlation(self) -> Correlation:
         """Return C_θ(t) so far."""
-        self._search.settle()
+        self._search.flush()
         sums = self._sums(self._search.correlation.sums())
         t_per = DEFINITIONS["t_per"].of(sums)
         return correlation(sums.units("c_theta"), sums.lag_s, t_per.value)
 
     def distributions(self) -> list[Distribution]:
         """Return P(r), P(ψ), and those of d_c, d_nc, Δr_h, x_p, τ_h and θ_h⁰ so far."""
-        self._search.settle()
+        self._search.flush()
         return [
             *self._search.frames.distributions(),
             *self._search.episodes.distributions(),
@@ -156,7 +156,7 @@ class Analysis:
             self._position.skips,
             self._body,
             self.exclusions,
-            None if self._geometry is None else Rig.of(self._geometry),
+            None if self._geometry is None else ChamberSize.of(self._geometry),
             self._parameters,
         )
 

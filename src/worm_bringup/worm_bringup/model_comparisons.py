@@ -71,9 +71,9 @@ def compare_trials(
     found, sums, parts = [], [], {}
     for number, directory in enumerate(directories):
         results = read_results(directory)
-        evidence = _Evidence.of([results])
+        observed = _Observed.of([results])
         quantities = list(results.quantities)
-        found.append(_case(str(directory), 1, quantities, results, evidence, parameters))
+        found.append(_case(str(directory), 1, quantities, results, observed, parameters))
         if results.chambers:
             sums.append(pooled_trial(results, str(directory), str(directory)))
             parts[str(directory)] = results
@@ -84,13 +84,13 @@ def compare_trials(
         together = [parts[trial.directory] for trial in pool.trials]
         quantities = [pooled.quantity for pooled in pool.numbers.values()]
         name = f"W = {pool.width_mm:g} mm, {len(together)} trials"
-        evidence = _Evidence.of(together)
-        found.append(_case(name, len(together), quantities, together[0], evidence, parameters))
+        observed = _Observed.of(together)
+        found.append(_case(name, len(together), quantities, together[0], observed, parameters))
     return found
 
 
 @dataclass(frozen=True, slots=True)
-class _Evidence:
+class _Observed:
     """What a comparison needs beyond the numbers of a summary."""
 
     reversals: Reversals
@@ -98,7 +98,7 @@ class _Evidence:
     scores: tuple[tuple[str, float], ...] = ()
 
     @classmethod
-    def of(cls, trials: Sequence[Results]) -> "_Evidence":
+    def of(cls, trials: Sequence[Results]) -> "_Observed":
         """Gather it; the scores of forecasts are those made while the frames came in."""
         reversals, escapes = Reversals(), EscapeTimes()
         for results in trials:
@@ -121,7 +121,7 @@ def _case(
     trials: int,
     quantities: list[Quantity],
     results: Results,
-    evidence: _Evidence,
+    observed: _Observed,
     parameters: ModelParameters,
 ) -> Case:
     if not results.chambers:
@@ -134,7 +134,7 @@ def _case(
     fit = fit_walk(
         quantities,
         rig,
-        evidence.reversals,
+        observed.reversals,
         hop_may_land=parameters.hop_may_land,
         effective_width=parameters.effective_width,
     )
@@ -144,8 +144,8 @@ def _case(
         fit,
         int(stamps[-1]) if len(stamps) else 0,
         parameters,
-        escapes=evidence.escapes,
-        scores=evidence.scores,
+        escapes=observed.escapes,
+        scores=observed.scores,
         with_needs=True,
     )
     return Case(name, trials, comparison)

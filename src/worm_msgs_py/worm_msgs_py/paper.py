@@ -95,6 +95,6 @@ def paper_value(name: str, exit_width_mm: float = nan) -> float | None:
     return None
 
 
-def number(name: str) -> float:
+def paper_number(name: str) -> float:
     """Return a number that the paper gives for every W; KeyError where it does not."""
     return _VALUES[name]

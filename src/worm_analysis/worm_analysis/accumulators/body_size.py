@@ -26,9 +26,9 @@ class BodySums:
         self._stamps.append(stamp_ns)
         self._sizes.append((length_m, width_m))
         if len(self._stamps) >= AT_ONCE:
-            self.settle()
+            self.flush()
 
-    def settle(self) -> None:
+    def flush(self) -> None:
         """Sum what was gathered; `sums` does it itself."""
         if not self._stamps:
             return
@@ -42,7 +42,7 @@ class BodySums:
 
     def sums(self) -> dict[str, Floats]:
         """Return the histograms of length and width, by blocks of time."""
-        self.settle()
+        self.flush()
         rows = self._blocks.rows()
         return {"l_w": rows[:, :BODY_BINS], "d_w": rows[:, BODY_BINS:]}
 

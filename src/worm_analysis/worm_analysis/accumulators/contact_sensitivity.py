@@ -14,7 +14,7 @@ from worm_msgs_py.units import NS_PER_S
 
 FACTORS = (0.5, 1.5, 2.0, 3.0)
 RELEASES = (1.5, 2.0)
-SHORTEST_S = (0.1, 0.2)
+SHORTEST_EPISODES_S = (0.1, 0.2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ def other_rules(parameters: AnalysisParameters) -> tuple[ContactRule, ...]:
     ]
     rules += [
         ContactRule(f"min_episode_s_{time_s:.4g}", contact, release, time_s)
-        for time_s in SHORTEST_S
+        for time_s in SHORTEST_EPISODES_S
     ]
     own = (contact, release, shortest_s)
     return tuple(

@@ -20,7 +20,7 @@ STEPS_IN_LIMIT = 1.5
 
 
 @dataclass(frozen=True, slots=True)
-class Rig:
+class ChamberSize:
     """What the sums need of the chamber, NaN where it is not known."""
 
     radius_m: float = nan
@@ -29,7 +29,7 @@ class Rig:
     px_per_m: float = nan
 
     @classmethod
-    def of(cls, geometry: Geometry) -> "Rig":
+    def of(cls, geometry: Geometry) -> "ChamberSize":
         """Return that of the first chamber."""
         chamber = geometry.chambers[0]
         return cls(chamber.radius_m, chamber.exit_width_m, geometry.depth_m, chamber.px_per_m)
@@ -46,7 +46,7 @@ def trial_sums(
     skips: int,
     body: BodySums,
     exclusions: Exclusions,
-    rig: Rig | None,
+    rig: ChamberSize | None,
     parameters: AnalysisParameters,
 ) -> dict[str, Floats]:
     """Return all sums by name; those that need a chamber or an exit that is not there are missing.
@@ -57,7 +57,7 @@ def trial_sums(
     found = {**body.sums(), **exclusions.sums()}
     if rig is None:
         return found
-    search.settle()
+    search.flush()
     width_m = parameters.body_width_m or body.median_width()
     threshold_m = parameters.contact_factor * width_m if isfinite(width_m) else 0.0
     limit_m = _resolution_limit(search.episodes.lengths, rig.pixel_m)

@@ -19,7 +19,7 @@ from worm_msgs_py.units import NS_PER_S
 class WallSearch:
     """Takes the frames in which the head is in a chamber and not in its exit.
 
-    Frames are gathered and handed on a thousand at a time; `settle` hands on what is there, and
+    Frames are gathered and handed on a thousand at a time; `flush` hands on what is there, and
     must be called before the sums are read.
 
     Parameters
@@ -145,9 +145,9 @@ class WallSearch:
             ),
         )
         if enough:
-            self.settle()
+            self.flush()
 
-    def settle(self) -> None:
+    def flush(self) -> None:
         """Hand on the frames that were gathered."""
         if not len(self._rows):
             return
@@ -201,7 +201,7 @@ class WallSearch:
     def finish(self) -> list[ClosedEpisode]:
         """End the trial."""
         closed = self.break_off()
-        self.settle()
+        self.flush()
         self.speed_law.close()
         self.sensitivity.cut()
         return closed

@@ -1,12 +1,10 @@
 """The symbols of the paper as functions of positions: for one frame, or for arrays of frames."""
 
 from math import atan2, hypot, pi
-from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Real = TypeVar("Real", float, NDArray[np.float64])
+from worm_msgs_py.chamber import Real
 
 
 def wrap_angle(angle_rad: Real) -> Real:

@@ -14,7 +14,7 @@ from worm_msgs_py.units import MM_PER_M
 
 MOST_FRAMES_SHOWN = 300
 """Frames of a trial that a scatter plot shows at most."""
-ANGLE_EDGES_DEG = np.linspace(-180.0, 180.0, 37)
+SHOWN_ANGLES_DEG = np.linspace(-180.0, 180.0, 37)
 """Bins of ψ_b in which the mean angular speed is shown."""
 LONGEST_SEARCH_S, SHORTEST_SEARCH_S = 60.0, 5.0
 """A search is cut into pieces of the first; what is shorter than the second is not shown."""
@@ -115,8 +115,8 @@ def _motion(results: Results) -> dict[str, Floats]:
     return {
         "frame_psi_b": psi[shown],
         "frame_theta_dot": theta_dot[shown],
-        "binned_theta_dot": np.histogram(psi[both], ANGLE_EDGES_DEG, weights=theta_dot[both])[0],
-        "binned_frames": np.histogram(psi[both], ANGLE_EDGES_DEG)[0].astype(np.float64),
+        "binned_theta_dot": np.histogram(psi[both], SHOWN_ANGLES_DEG, weights=theta_dot[both])[0],
+        "binned_frames": np.histogram(psi[both], SHOWN_ANGLES_DEG)[0].astype(np.float64),
     }
 
 

@@ -57,7 +57,7 @@ def candidates(results: Results) -> list[tuple[int, Indices]]:
         known = np.isfinite(theta[rows])
         one_place = len(set(where[rows][known])) == 1
         if one_place and known.mean() >= FIGURES.fewest_known:
-            found.append((reversals(t_s[rows], theta[rows]), rows))
+            found.append((count_reversals(t_s[rows], theta[rows]), rows))
     return found or _stays(t_s, theta, where)
 
 
@@ -73,11 +73,11 @@ def _stays(t_s: Floats, theta: Floats, where: NDArray[np.object_]) -> list[tuple
             and inside[rows[0]]
             and t_s[rows[-1]] - t_s[rows[0]] >= FIGURES.shortest_stay_s
         ):
-            found.append((reversals(t_s[rows], theta[rows]), rows))
+            found.append((count_reversals(t_s[rows], theta[rows]), rows))
     return found
 
 
-def reversals(t_s: Floats, theta_rad: Floats) -> int:
+def count_reversals(t_s: Floats, theta_rad: Floats) -> int:
     """Count changes of direction between successive steps of 5 s; NaN frames are left out."""
     known = np.isfinite(theta_rad)
     t_s, theta_rad = t_s[known], theta_rad[known]

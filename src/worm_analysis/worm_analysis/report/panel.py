@@ -54,9 +54,6 @@ class Panel:
         return self.paper or self.label or self.title
 
 
-NO_CHAMBER = "no chamber in the picture"
-
-
 def counted(number: int, items: str) -> str:
     """Write ``n = 18 000 frames`` with thin spaces between thousands."""
     return f"n\u00a0=\u00a0{number_of(number, items)}"

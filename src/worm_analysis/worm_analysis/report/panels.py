@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from worm_analysis.report.figures.body_angle import body_angle
-from worm_analysis.report.figures.direction_correlation import persistence
+from worm_analysis.report.figures.body_angle import body_angle_panel
+from worm_analysis.report.figures.direction_correlation import persistence_panel
 from worm_analysis.report.figures.first_contact import first_contact
 from worm_analysis.report.figures.forecasts import forecasts
 from worm_analysis.report.figures.joint_question import joint_question
@@ -29,16 +29,16 @@ from worm_analysis.results import Results
 
 Maker = Callable[[ReportData], Panel]
 
-POSITIONS: tuple[Maker, ...] = (radii, body_angle)
-MOTION: tuple[Maker, ...] = (
+_POSITIONS: tuple[Maker, ...] = (radii, body_angle_panel)
+_MOTION: tuple[Maker, ...] = (
     wall_distances,
     speed_against_angle,
     speed_after_collision,
     speed_law,
     search_times,
 )
-BY_WIDTH: tuple[Maker, ...] = (search_time_by_width, skips_by_width)
-MEMORY: tuple[Maker, ...] = (persistence, first_contact)
+_BY_WIDTH: tuple[Maker, ...] = (search_time_by_width, skips_by_width)
+_MEMORY: tuple[Maker, ...] = (persistence_panel, first_contact)
 
 
 def all_panels(results: Results) -> list[Panel]:
@@ -46,9 +46,9 @@ def all_panels(results: Results) -> list[Panel]:
     data = of_trial(results)
     paper = [
         trajectories(results),
-        *(make(data) for make in POSITIONS),
+        *(make(data) for make in _POSITIONS),
         time_traces(results),
-        *(make(data) for make in (*MOTION, *MEMORY, penetration_depths)),
+        *(make(data) for make in (*_MOTION, *_MEMORY, penetration_depths)),
     ]
     if not results.chambers:
         own = [picture_trajectories(results), picture_motion(results), statuses(results)]
@@ -69,7 +69,7 @@ def _model(results: Results) -> list[Panel]:
 def pooled_panels(data: ReportData, examples: list[Example]) -> list[Panel]:
     """Return every figure of the paper from a pool of trials."""
     return [
-        *(make(data) for make in POSITIONS),
+        *(make(data) for make in _POSITIONS),
         traces(examples),
-        *(make(data) for make in (*MOTION, *BY_WIDTH, *MEMORY, success, penetration_depths)),
+        *(make(data) for make in (*_MOTION, *_BY_WIDTH, *_MEMORY, success, penetration_depths)),
     ]

@@ -15,13 +15,13 @@ from worm_analysis.report.examples import Indices, candidates
 from worm_analysis.report.report import environment, source_name, trial_context
 from worm_analysis.report.symbols import under_rule
 from worm_analysis.results import ReportError, Results, read_results
-from worm_analysis.results.errors import REMEDY as REMEDY_OF_ONE
+from worm_analysis.results.errors import REMEDY
 from worm_msgs_py.whole_files import whole_file
 
 EXAMPLES = 3
 BESIDE_IN_POOL = ("fig-1c", "fig-4c", "fig-8", "fig-model")
 Walks = Callable[[Pool], tuple[WalkPrediction, ...]]
-REMEDY = "run those trials again, or leave them out of the list"
+POOL_REMEDY = "run those trials again, or leave them out of the list"
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +117,7 @@ def _read(
         try:
             results = read_results(directory)
         except ReportError as error:
-            bad.append(str(error).removesuffix(f": {REMEDY_OF_ONE}"))
+            bad.append(str(error).removesuffix(f": {REMEDY}"))
             continue
         if not results.chambers:
             bad.append(f"{directory}: no chamber in the picture")
@@ -131,7 +131,8 @@ def _read(
         progress(number + 1, len(directories))
     if bad:
         raise ReportError(
-            f"{len(bad)} of {len(directories)} trials cannot be pooled ({'; '.join(bad)}): {REMEDY}"
+            f"{len(bad)} of {len(directories)} trials cannot be pooled "
+            f"({'; '.join(bad)}): {POOL_REMEDY}"
         )
     return Pool.of(trials), shown
 

@@ -9,8 +9,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from worm_analysis.report import numbers, symbols
-from worm_analysis.report.panel import NO_CHAMBER, thousands
+from worm_analysis.report.panel import thousands
 from worm_analysis.results import Results, read_results
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_msgs_py import Status
 from worm_msgs_py.source_events import in_words
 from worm_msgs_py.text import printable

@@ -12,10 +12,10 @@ COLUMN_IN = 3.4
 PAGE_IN = 7.0
 SCALE_ON_SCREEN = 1.4
 
-HEAD, CENTROID, TAIL = "#0072B2", "#D55E00", "#009E73"
-COLOURS = {"head": HEAD, "centroid": CENTROID, "tail": TAIL}
+HEAD_COLOUR, CENTROID_COLOUR, TAIL_COLOUR = "#0072B2", "#D55E00", "#009E73"
+COLOURS = {"head": HEAD_COLOUR, "centroid": CENTROID_COLOUR, "tail": TAIL_COLOUR}
 INK, GREY, SHADE = "#1a1a1a", "#767676", "#E4E4E4"
-MODEL = "#CC79A7"
+MODEL_COLOUR = "#CC79A7"
 WALK_OF_PAPER: dict[str, Any] = {"color": "#767676", "linestyle": (0, (1, 1.2)), "linewidth": 1.2}
 """The walk with the paper's parameters is dotted and grey: it is no measurement."""
 PAPER_STYLE: dict[str, Any] = {"color": GREY, "linestyle": (0, (4, 2)), "linewidth": 1.0}

@@ -10,7 +10,7 @@ from worm_msgs_py.arrays import Floats
 Estimate = tuple[float, float, float]
 """Value, low and high; NaN where it cannot be had."""
 
-TAIL = 0.025
+TAIL_PART = 0.025
 
 
 def exponential_mean(n: int, excess: float) -> Estimate:
@@ -29,7 +29,11 @@ def exponential_mean(n: int, excess: float) -> Estimate:
         excess/n and its interval: 2·excess/mean follows χ² with 2n degrees of freedom (exactly
         without censoring, closely with it).
     """
-    return excess / n, 2 * excess / _chi2(2 * n, 1 - TAIL), 2 * excess / _chi2(2 * n, TAIL)
+    return (
+        excess / n,
+        2 * excess / _chi2(2 * n, 1 - TAIL_PART),
+        2 * excess / _chi2(2 * n, TAIL_PART),
+    )
 
 
 def unmerged_means(mean_c: float, mean_nc: float, step: float) -> tuple[float, float]:
@@ -94,15 +98,19 @@ def per_true_cycle(observed: float, cycles: float) -> float:
 
 def fraction(successes: int, n: int) -> Estimate:
     """Return a fraction and its Clopper–Pearson interval; n is 1 or more."""
-    low = betaincinv(successes, n - successes + 1, TAIL) if successes > 0 else 0.0
-    high = betaincinv(successes + 1, n - successes, 1 - TAIL) if successes < n else 1.0
+    low = betaincinv(successes, n - successes + 1, TAIL_PART) if successes > 0 else 0.0
+    high = betaincinv(successes + 1, n - successes, 1 - TAIL_PART) if successes < n else 1.0
     return successes / n, float(low), float(high)
 
 
 def poisson_rate(count: int, exposure: float) -> Estimate:
     """Return a rate and its exact interval from a count; exposure is above 0."""
-    low = _chi2(2 * count, TAIL) / 2 if count > 0 else 0.0
-    return count / exposure, low / exposure, _chi2(2 * count + 2, 1 - TAIL) / 2 / exposure
+    low = _chi2(2 * count, TAIL_PART) / 2 if count > 0 else 0.0
+    return (
+        count / exposure,
+        low / exposure,
+        _chi2(2 * count + 2, 1 - TAIL_PART) / 2 / exposure,
+    )
 
 
 def peak_positions(smoothed: Floats, centres: Floats) -> Floats:

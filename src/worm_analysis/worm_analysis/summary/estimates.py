@@ -70,7 +70,7 @@ def slope(name: str) -> Estimator:
     return lambda sums: _symmetric(sums.units(name), lambda rows: over(rows[:, 1], rows[:, 2]))
 
 
-def correlation_of(name: str) -> Estimator:
+def pearson_of(name: str) -> Estimator:
     """Return the estimator of Pearson's correlation."""
     return lambda sums: pearson(sums.units(name))
 
@@ -208,7 +208,7 @@ def head_step_m(sums: Sums, rule: str = "") -> float:
     return float(distance_m / intervals) if intervals else 0.0
 
 
-def reversals(sums: Sums) -> Estimate:
+def reversal_chance(sums: Sums) -> Estimate:
     """Estimate the chance of a reversal per cycle of slide and hop."""
     seen = share("reversal_per_cycle")(sums)
     cycles = _cycles_in_one(sums)
@@ -291,7 +291,7 @@ def penetration_part(part: str) -> Estimator:
     return estimate
 
 
-def persistence(sums: Sums) -> Estimate:
+def decay_time(sums: Sums) -> Estimate:
     """Estimate t_per, s."""
     return persistence_time(
         sums.units("c_theta"), sums.lag_s, sums.settings.shortest_track_in_t_per

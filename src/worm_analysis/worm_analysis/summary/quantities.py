@@ -231,7 +231,7 @@ EPISODES = (
 MOTION = (
     Definition(
         "t_per", "s", "<i>t</i><sub>per</sub>", "$t_{per}$",
-        "time over which the direction along the wall is kept", "c_theta", by.persistence,
+        "time over which the direction along the wall is kept", "c_theta", by.decay_time,
         "moments with a direction",
     ),
     Definition(
@@ -255,19 +255,20 @@ MOTION = (
     Definition(
         "theta_dot_psi_b_correlation", "1", "r(θ̇<sub>h</sub>, ψ<sub>b</sub>)",
         r"$r(\dot\theta_h, \psi_b)$", "correlation of speed and body angle", "theta_dot_psi_b",
-        by.correlation_of("theta_dot_psi_b"), WITH_BOTH,
+        by.pearson_of("theta_dot_psi_b"), WITH_BOTH,
         undetermined="the speed or the body angle does not vary",
     ),
     Definition(
         "theta_dot_incidence_correlation", "1",
         "r(θ̇<sub>h</sub>, θ<sub>h</sub><sup>i</sup>)", r"$r(\dot\theta_h, \theta_h^i)$",
         "correlation of speed after a contact and incidence", "theta_dot_incidence",
-        by.correlation_of("theta_dot_incidence"), "contacts with an incidence and a speed after it",
+        by.pearson_of("theta_dot_incidence"), "contacts with an incidence and a speed after it",
         undetermined="the speed or the incidence does not vary",
     ),
     Definition(
         "reversal_per_cycle", "1", "reversal", "reversals per cycle",
-        "probability per slide and hop", "reversal_per_cycle", by.reversals, "pairs of cycles",
+        "probability per slide and hop", "reversal_per_cycle", by.reversal_chance,
+        "pairs of cycles",
     ),
     Definition(
         "reversal_rate", "1/s", "reversal rate", "reversal rate",

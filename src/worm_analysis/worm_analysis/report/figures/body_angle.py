@@ -7,19 +7,20 @@ import numpy as np
 from worm_analysis.accumulators.bins import ANGLE_EDGES
 from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.numbers import with_interval
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLUMN_IN, INK, PAPER_STYLE, new_figure
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.paper import number
+from worm_msgs_py.paper import paper_number
 
-MERGED = 2
+_MERGED = 2
 """Bins of 2° that are drawn as one."""
-_PAPER = [number(f"psi_b_{side}_peak") for side in ("negative", "positive")]
+_PAPER = [paper_number(f"psi_b_{side}_peak") for side in ("negative", "positive")]
 ANGLE_EDGES_DEG = np.degrees(ANGLE_EDGES)
-READING = (
+_READING = (
     "ψ<sub>b</sub> is the signed angle from the outward normal at the head to the vector from the "
     "centroid to the head, positive counter-clockwise as seen in the picture, so that "
     "<i>v</i><sub>b</sub> = <i>v</i><sub>w</sub> sin ψ<sub>b</sub>: a worm with "
@@ -44,13 +45,13 @@ def angle_density(counts: Floats) -> tuple[Floats, Floats]:
     density : ndarray, shape (90,)
         1/degree, of unit area.
     """
-    edges: Floats = ANGLE_EDGES_DEG[::MERGED]
-    merged = counts.reshape(-1, MERGED).sum(axis=1)
+    edges: Floats = ANGLE_EDGES_DEG[::_MERGED]
+    merged = counts.reshape(-1, _MERGED).sum(axis=1)
     density: Floats = merged / (max(float(counts.sum()), 1.0) * np.diff(edges))
     return edges, density
 
 
-def body_angle(data: ReportData) -> Panel:
+def body_angle_panel(data: ReportData) -> Panel:
     """Return the panel, all chambers and trials together."""
     counts = np.empty(0) if data.pool is None else data.pool.total("psi_b")
     frames = int(counts.sum())
@@ -59,7 +60,7 @@ def body_angle(data: ReportData) -> Panel:
         "key": "fig-1e",
         "title": "Orientation of the body at the wall",
         "paper": "Fig. 1e",
-        "reading": READING,
+        "reading": _READING,
         "n": n,
     }
     if data.pool is None:

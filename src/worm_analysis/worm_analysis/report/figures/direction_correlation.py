@@ -7,23 +7,24 @@ import numpy as np
 
 from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.numbers import plain, with_interval
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLUMN_IN,
-    HEAD,
+    HEAD_COLOUR,
     INK,
-    MODEL,
+    MODEL_COLOUR,
     PAPER_STYLE,
     new_figure,
     say_n,
 )
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.paper import number
+from worm_msgs_py.paper import paper_number
 
 WIDE = 44
 """Letters in a line of a panel."""
-READING = (
+_READING = (
     "<i>C</i><sub>θ</sub>(<i>t</i>) = ⟨sgn θ̇<sub>h</sub>(<i>t</i> + <i>t</i><sub>0</sub>) · "
     "sgn θ̇<sub>h</sub>(<i>t</i><sub>0</sub>)⟩ over all <i>t</i><sub>0</sub> in one unbroken "
     "visit; 1: always the same direction, 0: no memory of it. Band: ± one standard error, from "
@@ -35,7 +36,7 @@ READING = (
 )
 
 
-def persistence(data: ReportData) -> Panel:
+def persistence_panel(data: ReportData) -> Panel:
     """Return the panel: C_θ(t) with its error, the fit, the model's and the paper's decay."""
     correlation, t_per = data.correlation, data.quantity("t_per")
     pairs = 0 if correlation is None or not len(correlation.pairs) else int(correlation.pairs[0])
@@ -45,7 +46,7 @@ def persistence(data: ReportData) -> Panel:
         "key": "fig-7a",
         "title": "Persistence of the direction along the wall",
         "paper": "Fig. 7a",
-        "reading": READING,
+        "reading": _READING,
         "n": n,
     }
     if data.pool is None:
@@ -65,14 +66,14 @@ def persistence(data: ReportData) -> Panel:
     axes.plot(lag, c, color=INK, label="measured")
     if t_per.value is not None:
         label = rf"fit, $t_{{per}}$ = {with_interval(t_per)} s"
-        axes.plot(lag, correlation.model[known], color=HEAD, label=label)
+        axes.plot(lag, correlation.model[known], color=HEAD_COLOUR, label=label)
     table = {"lag_s": lag, "C_theta": c, "error": error, "pairs": correlation.pairs[known]}
     tables = {"": table}
     for lag_s, walk_c in _walks(data):
         shown = lag_s <= lag[-1]
-        axes.plot(lag_s[shown], walk_c[shown], color=MODEL, label="boundary walk")
+        axes.plot(lag_s[shown], walk_c[shown], color=MODEL_COLOUR, label="boundary walk")
         tables["walk"] = {"lag_s": lag_s[shown], "C_theta": walk_c[shown]}
-    paper = number("t_per")
+    paper = paper_number("t_per")
     axes.plot(lag, np.exp(-lag / paper), label=f"paper, {plain(paper)} s", **PAPER_STYLE)
     axes.set_xlim(0, lag[-1])
     low = min(0.0, float(np.min(c - error)))

@@ -5,13 +5,14 @@ from typing import Any
 import numpy as np
 
 from worm_analysis.report.figure_settings import FIGURES
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLUMN_IN, INK, PAPER_STYLE, new_figure
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.wording import not_enough
 
-BINS = 18
-READING = (
+_BINS = 18
+_READING = (
     "θ<sub>h</sub><sup>0</sup>: polar angle of the head at its first contact with the wall after "
     "it entered a chamber; 0 is the middle of the exit through which it came. One value a visit, "
     "the trial’s first included. Dashed: anywhere on the wall with equal probability, as the walk "
@@ -26,13 +27,13 @@ def first_contact(data: ReportData) -> Panel:
     n = data.counted(len(angles), "visits")
     base: dict[str, Any] = {
         "key": "fig-7b", "title": "Where the head first touches the wall", "paper": "Fig. 7b",
-        "reading": READING, "n": n,
+        "reading": _READING, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
     if len(angles) < FIGURES.fewest_items:
         return Panel(**base, why=not_enough(len(angles), "visits", FIGURES.fewest_items))
-    edges = np.linspace(-180.0, 180.0, BINS + 1)
+    edges = np.linspace(-180.0, 180.0, _BINS + 1)
     counts, _ = np.histogram(angles, edges)
     density = counts / len(angles) / np.diff(edges)
     figure = new_figure(COLUMN_IN, 2.7)

@@ -5,12 +5,13 @@ from math import isfinite, nan
 from typing import Any
 
 from worm_analysis.report.numbers import plain
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
-from worm_analysis.report.theme import COLUMN_IN, GREY, INK, MODEL, new_figure
+from worm_analysis.report.panel import Panel, counted
+from worm_analysis.report.theme import COLUMN_IN, GREY, INK, MODEL_COLOUR, new_figure
 from worm_analysis.results import Results
+from worm_analysis.summary.quantities import NO_CHAMBER
 
 HORIZONS = ("10", "30", "60")
-READING = (
+_READING = (
     "When the head first touches the wall, the boundary walk forecasts the time until it finds the "
     "exit, from its angle, its direction and its contact, with the trial’s numbers so far. Each "
     "passage scores its forecast; lower is better. Left: the continuous ranked probability score, "
@@ -29,7 +30,7 @@ def forecasts(results: Results) -> Panel:
         "title": "Forecasts of the search for the exit",
         "paper": "",
         "label": "Forecasts",
-        "reading": READING + _in_words(scores),
+        "reading": _READING + _in_words(scores),
         "n": counted(passages, "passages with a forecast"),
     }
     if not results.chambers:
@@ -61,7 +62,7 @@ def forecasts(results: Results) -> Panel:
 
 def _bars(axes: Any, places: list[float], values: list[list[float]]) -> None:
     for shift, heights, colour, label in (
-        (-0.19, values[0], MODEL, "boundary walk"),
+        (-0.19, values[0], MODEL_COLOUR, "boundary walk"),
         (0.19, values[1], GREY, "memoryless"),
     ):
         at = [place + shift for place in places]

@@ -8,10 +8,11 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
+from worm_analysis.report.panel import Panel, counted
 from worm_analysis.report.symbols import plain_symbol
-from worm_analysis.report.theme import CENTROID, HEAD, INK, PAGE_IN, SHADE, new_figure
+from worm_analysis.report.theme import CENTROID_COLOUR, HEAD_COLOUR, INK, PAGE_IN, SHADE, new_figure
 from worm_analysis.results import Results
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_msgs_py import NeededReversal
 from worm_msgs_py.agreement import Agreement, agreements
 
@@ -24,11 +25,11 @@ OF_PAPER = {
     "n_s": "$n_s$, Fig. 6b",
     "escape_ratio": r"$\tau_{escape}$, 1.7 to 2 $\langle \tau_h \rangle$",
 }
-RULES = {"per_cycle": "per slide + hop", "per_phase": "per phase", "rate": "per second"}
-SPEEDS = {"v_w": "$v_w$", "v_b": r"$\langle |v_b| \rangle$"}
+RULE_LABELS = {"per_cycle": "per slide + hop", "per_phase": "per phase", "rate": "per second"}
+SPEED_LABELS = {"v_w": "$v_w$", "v_b": r"$\langle |v_b| \rangle$"}
 LEAST = 1e-3
 """An interval that reaches down to no reversal at all is drawn to here."""
-READING = (
+_READING = (
     "Each row is one observation: the dot is the reversal that the exact boundary walk needs to "
     "give its value, the bar those that give its 95 % interval; all else is as measured. One "
     "column for each thing that a reversal may count, one row of panels for each speed that the "
@@ -47,7 +48,7 @@ def joint_question(results: Results) -> Panel:
         "title": "What one boundary walk can hold together",
         "paper": "",
         "label": "Joint question",
-        "reading": READING,
+        "reading": _READING,
         "n": counted(len(observations), "observations"),
     }
     if not results.chambers:
@@ -63,25 +64,27 @@ def joint_question(results: Results) -> Panel:
 def joint_figure(needs: Sequence[NeededReversal]) -> Any:
     """Return the figure for needed reversals, of a trial or of the paper; made within `style`."""
     found = {(item.rule, item.speed): item for item in agreements(needs)}
-    speeds = [speed for speed in SPEEDS if any(key[1] == speed for key in found)]
+    speeds = [speed for speed in SPEED_LABELS if any(key[1] == speed for key in found)]
     names = list(dict.fromkeys(need.observation for need in needs))
     of_paper = not any(need.is_measured for need in needs)
     height = 1.2 + len(speeds) * (0.35 + 0.2 * len(names))
     figure = new_figure(PAGE_IN, height)
-    grid = figure.subplots(len(speeds), len(RULES), sharex="col", sharey=True, squeeze=False)
+    grid = figure.subplots(len(speeds), len(RULE_LABELS), sharex="col", sharey=True, squeeze=False)
     for row, speed in enumerate(speeds):
-        for column, rule in enumerate(RULES):
+        for column, rule in enumerate(RULE_LABELS):
             axes = grid[row][column]
             case = found.get((rule, speed))
             own = {n.observation: n for n in needs if (n.rule, n.speed) == (rule, speed)}
             _draw(axes, names, own, case)
-            axes.set_title(f"{RULES[rule]}, at {SPEEDS[speed]}")
+            axes.set_title(f"{RULE_LABELS[rule]}, at {SPEED_LABELS[speed]}")
             if row == len(speeds) - 1:
                 axes.set_xlabel("reversals (1/s)" if rule == "rate" else "chance of reversal")
         labels = [OF_PAPER[name] if of_paper else plain_symbol(name) for name in names]
         grid[row][0].set_yticks(range(len(names)), labels)
         grid[row][0].set_ylim(len(names) - 0.5, -0.5)
-    lines = [Line2D([], [], color=colour, linewidth=2.0) for colour in (HEAD, CENTROID)]
+    lines = [
+        Line2D([], [], color=colour, linewidth=2.0) for colour in (HEAD_COLOUR, CENTROID_COLOUR)
+    ]
     told = ["one reversal gives these together", "and not these"]
     n = counted(len(names), "observations")
     figure.legend(lines, told, loc="outside upper center", ncols=2, title=n, title_fontsize=7.0)
@@ -105,7 +108,7 @@ def _draw(
         if need is None:
             axes.text(LEAST * 1.2, place, "not measured", va="center", color=INK, fontsize=6.5)
             continue
-        colour = HEAD if case is not None and name in case.held else CENTROID
+        colour = HEAD_COLOUR if case is not None and name in case.held else CENTROID_COLOUR
         if not isfinite(need.low):
             axes.text(LEAST * 1.2, place, "none", va="center", color=colour, fontsize=6.5)
             continue

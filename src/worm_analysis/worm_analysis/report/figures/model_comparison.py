@@ -9,18 +9,19 @@ from markupsafe import Markup, escape
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from worm_analysis.report.numbers import plain, value
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted
+from worm_analysis.report.panel import Panel, counted
 from worm_analysis.report.symbols import plain_symbol
-from worm_analysis.report.theme import COLUMN_IN, INK, MODEL, PAPER_STYLE, new_figure
+from worm_analysis.report.theme import COLUMN_IN, INK, MODEL_COLOUR, PAPER_STYLE, new_figure
 from worm_analysis.results import Results
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_msgs_py import ModelQuantity, Quantity
 
-UNITS = {"_m_s": ("mm/s", 1e3), "_m": ("mm", 1e3), "_per_s": ("1/s", 1.0), "_s": ("s", 1.0)}
+SUFFIX_UNITS = {"_m_s": ("mm/s", 1e3), "_m": ("mm", 1e3), "_per_s": ("1/s", 1.0), "_s": ("s", 1.0)}
 CHOICES = ("hop_may_land", "effective_width")
 IS_MEASURED = "_is_measured"
 AGREES, DISAGREES, GIVEN = "agrees", "does not agree", "given to the walk"
 MILLI = {"m": "mm", "m/s": "mm/s"}
-READING = (
+_READING = (
     "Each row is one quantity, in units of its measured value: black, the measurement with its "
     "95 % interval; purple, the boundary walk (slides and hops along the wall, reversing at "
     "random) with the 95 % interval of its mean; cross, the paper's value. Where the two intervals "
@@ -30,7 +31,7 @@ READING = (
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class ComparisonRow:
     """One quantity, measured and modelled, in the units of people.
 
     Attributes
@@ -46,7 +47,7 @@ class Row:
     verdict: str
 
 
-def comparison_rows(results: Results) -> list[Row]:
+def comparison_rows(results: Results) -> list[ComparisonRow]:
     """Return what the model node compared, in its order."""
     if results.comparison is None:
         return []
@@ -55,7 +56,7 @@ def comparison_rows(results: Results) -> list[Row]:
     return [replace(row, verdict=GIVEN) if row.measured.name in given else row for row in rows]
 
 
-def verdict_in_words(rows: list[Row]) -> list[tuple[str, list[str]]]:
+def verdict_in_words(rows: list[ComparisonRow]) -> list[tuple[str, list[str]]]:
     """Return the names of the quantities that agree, and of those that do not."""
     return [
         (verdict, [row.measured.name for row in rows if row.verdict == verdict])
@@ -90,7 +91,7 @@ def origins(results: Results) -> tuple[list[str], list[str]]:
 
 
 def _words(name: str) -> Markup:
-    for suffix in (*UNITS, ""):
+    for suffix in (*SUFFIX_UNITS, ""):
         if name.endswith(suffix):
             bare = name.removesuffix(suffix)
             break
@@ -104,7 +105,7 @@ def _with_unit(name: str, number: float) -> str:
         return name.removeprefix("rule_").replace("_", " ")
     if name in CHOICES and number in (0.0, 1.0):
         return "yes" if number else "no"
-    for suffix, (unit, scale) in UNITS.items():
+    for suffix, (unit, scale) in SUFFIX_UNITS.items():
         if name.endswith(suffix):
             return f"{plain(number * scale, 4)} {unit}"
     return plain(number, 4)
@@ -121,7 +122,7 @@ def model_comparison(results: Results) -> Panel:
         "title": "The boundary walk beside the measurement",
         "paper": "",
         "label": "Model",
-        "reading": READING,
+        "reading": _READING,
         "n": n,
     }
     if not results.chambers:
@@ -151,7 +152,7 @@ def model_comparison(results: Results) -> Panel:
     return Panel(**base, figure=figure, alt=f"Model against measurement: {words}.")
 
 
-def _row(results: Results, item: ModelQuantity) -> Row:
+def _row(results: Results, item: ModelQuantity) -> ComparisonRow:
     known = results.quantity(item.name)
     unit = MILLI.get(item.unit, item.unit)
     scale = 1e3 if unit != item.unit else 1.0
@@ -168,7 +169,7 @@ def _row(results: Results, item: ModelQuantity) -> Row:
         why if measured.value is None else "",
     )
     modelled = _scaled(item.name, item.modelled, item.modelled_low, item.modelled_high, scale, unit)
-    return Row(measured, modelled, _verdict(measured, modelled))
+    return ComparisonRow(measured, modelled, _verdict(measured, modelled))
 
 
 def _scaled(name: str, middle: float, low: float, high: float, scale: float, unit: str) -> Quantity:
@@ -196,11 +197,11 @@ def _ratio(number: float | None, reference: float | None) -> float | None:
     return number / reference
 
 
-def _draw_row(axes: Any, place: int, row: Row) -> None:
+def _draw_row(axes: Any, place: int, row: ComparisonRow) -> None:
     reference = row.measured.value
     for quantity, colour, marker, shift, label in (
         (row.measured, INK, "o", 0.13, "measured"),
-        (row.modelled, MODEL, "D", -0.13, "boundary walk"),
+        (row.modelled, MODEL_COLOUR, "D", -0.13, "boundary walk"),
     ):
         middle = _ratio(quantity.value, reference)
         if middle is None:

@@ -8,28 +8,29 @@ from worm_analysis.accumulators.bins import DEPTH_BIN_M
 from worm_analysis.pooling import Pool
 from worm_analysis.report.figures.wall_distances import LengthDensity, as_table, draw_points
 from worm_analysis.report.numbers import plain, with_interval
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLUMN_IN,
     GREY,
-    HEAD,
+    HEAD_COLOUR,
     PAGE_IN,
     PAPER_STYLE,
     new_figure,
 )
 from worm_analysis.statistics.estimators import poisson_rate
 from worm_analysis.summary.estimates import penetration
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.summary.settings import DEFAULTS
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.units import MM_PER_M
 
 DEPTH_BIN_MM = MM_PER_M * DEPTH_BIN_M
-MERGED = 5
+_MERGED = 5
 """Bins of the fit that are drawn as one."""
-BIN_MM = MERGED * DEPTH_BIN_MM
-READING = (
+BIN_MM = _MERGED * DEPTH_BIN_MM
+_READING = (
     "<i>x</i><sub>p</sub>: how far along the passage the head got, from where its walls meet the "
     "circle, in an attempt that failed. Points: density with its 95 % Poisson interval. Blue: "
     "<i>F</i>(<i>x</i><sub>p</sub>) = α exp(−β <i>x</i><sub>p</sub>) + constant, by maximum "
@@ -45,7 +46,7 @@ def penetration_depths(data: ReportData) -> Panel:
     n = data.counted(failed, "failed attempts")
     base: dict[str, Any] = {
         "key": "fig-9", "title": "How far the head gets before it withdraws", "paper": "Fig. 9",
-        "reading": READING, "n": n,
+        "reading": _READING, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
@@ -92,7 +93,7 @@ def _draw(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDens
     fit = penetration(counts)
     x = np.linspace(least, least + DEPTH_BIN_MM * (1 + int(np.flatnonzero(counts)[-1])), 200)
     law = fit.alpha[0] / MM_PER_M * np.exp(-beta.value * (x - least)) + fit.const[0] / MM_PER_M
-    axes.plot(x, law, color=HEAD, label=rf"$\beta$ = {with_interval(beta)} mm$^{{-1}}$")
+    axes.plot(x, law, color=HEAD_COLOUR, label=rf"$\beta$ = {with_interval(beta)} mm$^{{-1}}$")
     if beta.paper:
         span = x[-1] - least
         paper = beta.paper * np.exp(-beta.paper * (x - least)) / -np.expm1(-beta.paper * span)
@@ -107,7 +108,7 @@ def _draw(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDens
 
 def _density(counts: Floats, least_mm: float, failed: int) -> LengthDensity:
     """Return the density in bins of half a millimetre, of unit area above the least depth seen."""
-    merged = counts.reshape(-1, MERGED).sum(axis=1)
+    merged = counts.reshape(-1, _MERGED).sum(axis=1)
     last = int(np.flatnonzero(merged)[-1]) + 1
     merged = merged[:last]
     edges: Floats = least_mm + BIN_MM * np.arange(last + 1, dtype=np.float64)

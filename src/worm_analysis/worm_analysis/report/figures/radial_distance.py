@@ -7,7 +7,7 @@ import numpy as np
 
 from worm_analysis.accumulators.bins import RADIUS_EDGES
 from worm_analysis.report.figure_settings import FIGURES
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLOURS,
@@ -17,15 +17,16 @@ from worm_analysis.report.theme import (
     say_n,
 )
 from worm_analysis.results.tracks import POINTS
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.paper import number
+from worm_msgs_py.paper import paper_number
 
-MERGED = 2
+_MERGED = 2
 """Bins of R/100 that are drawn as one."""
-BINS = 55
-SYMBOLS = {"head": "h", "centroid": "c", "tail": "t"}
-READING = (
+_BINS = 55
+_LETTERS = {"head": "h", "centroid": "c", "tail": "t"}
+_READING = (
     "<i>P</i>(<i>r</i>) d<i>r</i> is the fraction of frames in which head tip "
     "(<i>r</i><sub>h</sub>), centroid (<i>r</i><sub>c</sub>) or tail tip (<i>r</i><sub>t</sub>) "
     "is at a distance between <i>r</i> and <i>r</i> + d<i>r</i> from the centre of its chamber; "
@@ -53,8 +54,8 @@ def radial_density(counts: Floats, radius_mm: float) -> tuple[Floats, Floats]:
     density : ndarray, shape (55,)
         1/mm, of unit area where no distance is beyond the last edge.
     """
-    edges: Floats = RADIUS_EDGES[::MERGED][: BINS + 1] * radius_mm
-    merged = counts.reshape(-1, MERGED).sum(axis=1)[:BINS]
+    edges: Floats = RADIUS_EDGES[::_MERGED][: _BINS + 1] * radius_mm
+    merged = counts.reshape(-1, _MERGED).sum(axis=1)[:_BINS]
     density: Floats = merged / (max(float(counts.sum()), 1.0) * np.diff(edges))
     return edges, density
 
@@ -68,7 +69,7 @@ def radii(data: ReportData) -> Panel:
         "key": "fig-1d",
         "title": "Distance from the chamber's centre",
         "paper": "Fig. 1d",
-        "reading": READING,
+        "reading": _READING,
         "n": n,
     }
     if pool is None:
@@ -81,7 +82,7 @@ def radii(data: ReportData) -> Panel:
     axes = figure.add_subplot()
     axes.plot([0, R], [0, 2 / R], ":", color="#9a9a9a", linewidth=0.9)
     for point in POINTS:
-        symbol = SYMBOLS[point]
+        symbol = _LETTERS[point]
         edges, density = radial_density(pool.total(f"r_{symbol}"), R)
         table |= {"r_mm": (edges[1:] + edges[:-1]) / 2, f"P_r_{symbol}_per_mm": density}
         axes.stairs(
@@ -103,14 +104,14 @@ def radii(data: ReportData) -> Panel:
     modes = ", ".join(
         f"{point} {quantity.value:.2f}"
         for point in POINTS
-        if (quantity := data.quantity(f"r_{SYMBOLS[point]}_over_R")).value is not None
+        if (quantity := data.quantity(f"r_{_LETTERS[point]}_over_R")).value is not None
     )
     alt = f"Densities of the distance from the centre, {n}. Modes in units of R: {modes or 'none'}."
     return Panel(**base, figure=figure, alt=alt, tables={"": table})
 
 
 def _mark_paper(axes: Any, radius_mm: float) -> None:
-    place = number("r_c_over_R") * radius_mm
+    place = paper_number("r_c_over_R") * radius_mm
     axes.axvline(place, **PAPER_STYLE)
     axes.annotate(
         "paper, $r_c$", (place, 0.8), xycoords=("data", "axes fraction"), xytext=(-3, 0),

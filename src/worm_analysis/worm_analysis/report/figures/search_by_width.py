@@ -5,18 +5,19 @@ from typing import Any
 import numpy as np
 
 from worm_analysis.pooling import Pooled, WalkPrediction
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLUMN_IN,
     INK,
-    MODEL,
+    MODEL_COLOUR,
     SHADE,
     WALK_OF_PAPER,
     new_figure,
 )
+from worm_analysis.summary.quantities import NO_CHAMBER
 
-READING = (
+_READING = (
     " Points: all trials of one width together, with 95 % intervals; n above each is the number "
     "of trials. Purple: the boundary walk with this data’s ⟨<i>d</i><sub>c</sub>⟩, "
     "⟨<i>d</i><sub>nc</sub>⟩, ⟨|<i>v</i><sub>b</sub>|⟩ and reversals, with the exit’s arc "
@@ -30,7 +31,7 @@ def search_time_by_width(data: ReportData) -> Panel:
     """Return Fig. 6a."""
     base: dict[str, Any] = {
         "key": "fig-6a", "title": "Mean time to find the exit against its width",
-        "paper": "Fig. 6a", "reading": "⟨τ<sub>h</sub>⟩ of each width <i>W</i>." + READING,
+        "paper": "Fig. 6a", "reading": "⟨τ<sub>h</sub>⟩ of each width <i>W</i>." + _READING,
     }  # fmt: skip
     found = 0 if data.pool is None else len(data.pool.points("tau_h"))
     n = data.counted(found, "findings of the exit")
@@ -42,7 +43,7 @@ def skips_by_width(data: ReportData) -> Panel:
     base: dict[str, Any] = {
         "key": "fig-6b", "title": "Skips over the exit against its width", "paper": "Fig. 6b",
         "reading": "<i>n</i><sub>s</sub>: times in 30 min in a chamber that the head passes the "
-        "exit’s arc out of contact and does not enter." + READING,
+        "exit’s arc out of contact and does not enter." + _READING,
     }  # fmt: skip
     skips = 0 if data.pool is None else data.pool.count("n_s", 1)
     n = data.counted(skips, "skips")
@@ -115,7 +116,7 @@ def _draw_walk(axes: Any, walk: WalkPrediction, name: str) -> dict[str, Any]:
     )
     if np.isfinite(low).all():
         axes.fill_between(walk.width_mm, low, high, color=SHADE, linewidth=0, zorder=0)
-    style = {"color": MODEL} if walk.is_own else WALK_OF_PAPER
+    style = {"color": MODEL_COLOUR} if walk.is_own else WALK_OF_PAPER
     label = "boundary walk" if walk.is_own else "walk, the paper’s"
     axes.plot(walk.width_mm, value, label=label, **style)
     return {"W_mm": walk.width_mm, "value": value, "low": low, "high": high}

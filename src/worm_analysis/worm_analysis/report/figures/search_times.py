@@ -14,30 +14,31 @@ from worm_analysis.report.figures.wall_distances import (
     length_density,
 )
 from worm_analysis.report.numbers import plain, with_interval
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLUMN_IN,
     GREY,
-    HEAD,
-    MODEL,
+    HEAD_COLOUR,
+    MODEL_COLOUR,
     PAGE_IN,
     PAPER_STYLE,
     new_figure,
 )
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
 
 ROW_IN = 1.55
-READING = (
+_READING = (
     "τ<sub>h</sub>: time from the head’s first contact with the wall after it entered a chamber "
     "until it enters the exit; one value a visit that ended so. Points: density with its 95 % "
     "Poisson interval, on a logarithmic scale, where an exponential law is a straight line. Blue: "
     "the exponential law whose mean is ⟨τ<sub>h</sub>⟩, by maximum likelihood; searches that were "
     "cut short count as longer than what was seen of them."
 )
-READING_WALK = (
+_READING_WALK = (
     " Right: the boundary walk with the parameters of this data, worked out exactly, and the "
     "exponential law of the same mean; dashed: that of the walk with the paper’s parameters."
 )
@@ -49,7 +50,7 @@ def search_times(data: ReportData) -> Panel:
     found = 0 if pool is None else len(pool.points("tau_h"))
     walk = next((walk for walk in data.walks if walk.is_own), None)
     paper = next((walk for walk in data.walks if not walk.is_own), None)
-    reading = READING if walk is None else READING + READING_WALK
+    reading = _READING if walk is None else _READING + _READING_WALK
     base: dict[str, Any] = {
         "key": "fig-5", "title": "Time to find the exit", "paper": "Fig. 5", "reading": reading,
         "n": data.counted(found, "findings of the exit"),
@@ -126,7 +127,7 @@ def _draw_measured(axes: Any, data: ReportData, part: Pool, mean: Quantity) -> L
     drawn = _density(axes, times, mean.value)
     x = np.array([0.0, drawn.edges_mm[-1]])
     label = f"mean {with_interval(mean)} s"
-    axes.plot(x, exponential_above(x, mean.value, 0.0), color=HEAD, label=label)
+    axes.plot(x, exponential_above(x, mean.value, 0.0), color=HEAD_COLOUR, label=label)
     axes.legend(loc="upper right", title=n, title_fontsize=7.0, alignment="right")
     return drawn
 
@@ -134,11 +135,16 @@ def _draw_measured(axes: Any, data: ReportData, part: Pool, mean: Quantity) -> L
 def _draw_walk(axes: Any, walk: WalkPrediction, part: Pool) -> dict[str, Floats]:
     edges, density = walk.density_at(part.width_mm)
     mean = walk.at_widths("tau_h", [part.width_mm])[0]
-    axes.stairs(density, edges, color=MODEL, linewidth=1.1, label="this data’s")
+    axes.stairs(density, edges, color=MODEL_COLOUR, linewidth=1.1, label="this data’s")
     x = np.array([0.0, edges[-1]])
     label = f"exponential, mean {plain(mean)} s"
     axes.plot(
-        x, exponential_above(x, mean, 0.0), color=MODEL, linewidth=0.7, alpha=0.7, label=label
+        x,
+        exponential_above(x, mean, 0.0),
+        color=MODEL_COLOUR,
+        linewidth=0.7,
+        alpha=0.7,
+        label=label,
     )
     return {"tau_h_s_from": edges[:-1], "tau_h_s_to": edges[1:], "density": density}
 

@@ -5,33 +5,48 @@ from typing import Any
 import numpy as np
 
 from worm_analysis.pooling import Pool
-from worm_analysis.pooling.pooled_trial import ANGLE_EDGES_DEG
+from worm_analysis.pooling.pooled_trial import SHOWN_ANGLES_DEG
 from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.numbers import plain, with_interval
-from worm_analysis.report.panel import NO_CHAMBER, Panel, number_of
+from worm_analysis.report.panel import Panel, number_of
 from worm_analysis.report.report_data import ReportData
-from worm_analysis.report.theme import COLUMN_IN, GREY, HEAD, INK, PAPER_STYLE, new_figure, say_n
+from worm_analysis.report.theme import (
+    COLUMN_IN,
+    GREY,
+    HEAD_COLOUR,
+    INK,
+    PAPER_STYLE,
+    new_figure,
+    say_n,
+)
 from worm_analysis.statistics.sample_correlation import correlation_of_sums
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.paper import number
+from worm_msgs_py.paper import paper_number
 from worm_msgs_py.units import MM_PER_M
 
-POINTS: dict[str, Any] = {"color": HEAD, "markersize": 2.2, "alpha": 0.4, "mew": 0, "zorder": 1}
-_PAPER = number("v_w")
-READING_ANGLE = (
+_DOTS: dict[str, Any] = {
+    "color": HEAD_COLOUR,
+    "markersize": 2.2,
+    "alpha": 0.4,
+    "mew": 0,
+    "zorder": 1,
+}
+_PAPER = paper_number("v_w")
+_READING_ANGLE = (
     "θ̇<sub>h</sub> = Δθ<sub>h</sub>/Δ<i>t</i> over Δ<i>t</i> = 1 s, against the body angle "
     "ψ<sub>b</sub> in the same frame. Points: frames, evenly thinned. Black: the mean over all "
     "frames in 10° of ψ<sub>b</sub>. The paper finds that θ̇<sub>h</sub> grows with "
     "ψ<sub>b</sub>. r: Pearson’s correlation over all frames."
 )
-READING_INCIDENCE = (
+_READING_INCIDENCE = (
     "θ̇<sub>h</sub> over the Δ<i>t</i> = 1 s after the head came into contact with the wall, "
     "against its incidence θ<sub>h</sub><sup>i</sup>: the signed angle between the head’s "
     "displacement just before the contact and the outward normal. Points: contacts, evenly "
     "thinned. The paper finds no correlation. r: Pearson’s correlation over all contacts."
 )
-READING_LAW = (
+_READING_LAW = (
     "⟨<i>v</i><sub>b</sub>⟩ = <i>R</i>⟨θ̇<sub>h</sub>⟩ against the sine of the mean body angle. "
     "Blue points: windows of one undulatory stroke (12 s), evenly thinned. Black: searches, that "
     "is visits of a chamber, longer ones cut into minutes (the paper has one point a trial). Line, "
@@ -48,7 +63,7 @@ def speed_against_angle(data: ReportData) -> Panel:
     n = data.counted(frames, "frames")
     base: dict[str, Any] = {
         "key": "fig-4a", "title": "Angular speed against the body’s angle", "paper": "Fig. 4a",
-        "reading": READING_ANGLE, "n": n,
+        "reading": _READING_ANGLE, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
@@ -57,12 +72,12 @@ def speed_against_angle(data: ReportData) -> Panel:
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
     x, y = _thinned(pool.points("frame_psi_b"), pool.points("frame_theta_dot"))
-    axes.plot(x, y, "o", **POINTS)
+    axes.plot(x, y, "o", **_DOTS)
     mean, count = (
         np.sum([trial.points[f"binned_{what}"] for trial in pool.trials], axis=0)
         for what in ("theta_dot", "frames")
     )
-    edges = ANGLE_EDGES_DEG
+    edges = SHOWN_ANGLES_DEG
     seen = count >= max(FIGURES.fewest_in_bin, FIGURES.smallest_part_in_bin * frames)
     middles = (edges[1:] + edges[:-1]) / 2
     means = np.divide(mean, count, out=np.full(len(mean), np.nan), where=seen)
@@ -90,7 +105,7 @@ def speed_after_collision(data: ReportData) -> Panel:
     n = data.counted(contacts, "contacts")
     base: dict[str, Any] = {
         "key": "fig-4b", "title": "Angular speed after a collision against its incidence",
-        "paper": "Fig. 4b", "reading": READING_INCIDENCE, "n": n,
+        "paper": "Fig. 4b", "reading": _READING_INCIDENCE, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
@@ -99,7 +114,7 @@ def speed_after_collision(data: ReportData) -> Panel:
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
     x, y = _thinned(*np.degrees(pool.pairs("collision_points")).T)
-    axes.plot(x, y, "o", **(POINTS | {"alpha": 0.5}))
+    axes.plot(x, y, "o", **(_DOTS | {"alpha": 0.5}))
     _cross(axes)
     axes.set_xticks(np.arange(-180, 181, 45))
     axes.set_xlim(*_reach(x, 95.0, 180.0))
@@ -119,7 +134,7 @@ def speed_law(data: ReportData) -> Panel:
     n = data.counted(searches, "searches") + f", {number_of(windows, 'windows')}"
     base: dict[str, Any] = {
         "key": "fig-4c", "title": "Speed along the wall against the sine of the body’s angle",
-        "paper": "Fig. 4c", "reading": READING_LAW, "n": n,
+        "paper": "Fig. 4c", "reading": _READING_LAW, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
@@ -129,16 +144,19 @@ def speed_law(data: ReportData) -> Panel:
     axes = figure.add_subplot()
     sines, speeds_m_s = pool.pairs("window_points").T
     s, v = _thinned(sines, MM_PER_M * speeds_m_s, FIGURES.most_points // 2)
-    axes.plot(s, v, "o", **POINTS)
+    axes.plot(s, v, "o", **_DOTS)
     s_search = np.sin(np.radians(pool.points("search_psi_b")))
     v_search = pool.points("search_v_b")
     axes.plot(s_search, v_search, "o", color=INK, markersize=2.6, mew=0, alpha=0.8)
     ends = np.array([-1.0, 1.0])
     if v_w.value is not None:
         label = f"fit, $v_w$ = {with_interval(v_w)} mm/s"
-        axes.plot(ends, v_w.value * ends, color=HEAD, label=label)
+        axes.plot(ends, v_w.value * ends, color=HEAD_COLOUR, label=label)
     axes.plot(
-        ends, number("v_w") * ends, label=f"paper, {plain(number('v_w'))} mm/s", **PAPER_STYLE
+        ends,
+        paper_number("v_w") * ends,
+        label=f"paper, {plain(paper_number('v_w'))} mm/s",
+        **PAPER_STYLE,
     )
     _cross(axes)
     axes.set_xlim(-1.02, 1.02)

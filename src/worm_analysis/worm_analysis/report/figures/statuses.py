@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 
 from worm_analysis.report.panel import Panel, counted, thousands
-from worm_analysis.report.theme import HEAD, PAGE_IN, TAIL, new_figure
+from worm_analysis.report.theme import HEAD_COLOUR, PAGE_IN, TAIL_COLOUR, new_figure
 from worm_analysis.results import Results
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Status
 from worm_msgs_py.arrays import Floats
 
-READING = (
+_READING = (
     "Every frame of the bag is in exactly one row. A gap in a row means that the frame had "
     "another status. The number at the right is the count of frames."
 )
@@ -29,7 +29,7 @@ def statuses(results: Results) -> Panel:
         "title": "Outcome of tracking, frame by frame",
         "paper": "",
         "label": "Tracking",
-        "reading": READING,
+        "reading": _READING,
         "n": n,
     }
     if len(status) < 2 or t_s[-1] <= 0:
@@ -40,7 +40,7 @@ def statuses(results: Results) -> Panel:
     axes = figure.add_subplot()
     for place, label in enumerate(reversed(present)):
         chosen = status == label
-        colour = TAIL if label in WITH_POSE else HEAD
+        colour = TAIL_COLOUR if label in WITH_POSE else HEAD_COLOUR
         axes.broken_barh(runs(t_s, chosen), (place - 0.36, 0.72), color=colour, linewidth=0)
         axes.annotate(
             thousands(int(chosen.sum())),

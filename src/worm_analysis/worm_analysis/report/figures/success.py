@@ -3,12 +3,13 @@
 from typing import Any
 
 from worm_analysis.report.figures.search_by_width import draw_by_width
-from worm_analysis.report.panel import NO_CHAMBER, Panel
+from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLUMN_IN, PAPER_STYLE, new_figure
-from worm_msgs_py.paper import number
+from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_msgs_py.paper import paper_number
 
-READING = (
+_READING = (
     "Attempts in which the centroid entered the passage after the head did, over all attempts "
     "that were decided, with 95 % intervals; n above each is the number of trials. Dashed: the "
     "paper’s, about 60 % for every width."
@@ -22,7 +23,7 @@ def success(data: ReportData) -> Panel:
     n = data.counted(attempts, "attempts")
     base: dict[str, Any] = {
         "key": "fig-8", "title": "Success after the head’s entry", "paper": "Fig. 8",
-        "reading": READING, "n": n,
+        "reading": _READING, "n": n,
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
@@ -32,7 +33,7 @@ def success(data: ReportData) -> Panel:
         return Panel(**base, why=f"not enough data: {attempts} attempts, 10 are needed for a W")
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
-    axes.axhline(number("success"), label="paper, 0.6", **PAPER_STYLE)
+    axes.axhline(paper_number("success"), label="paper, 0.6", **PAPER_STYLE)
     table = draw_by_width(axes, known)
     axes.set_xlim(0, max(5.4, 1.08 * max(width for width, _ in rows)))
     axes.set_ylim(0, 1.12)

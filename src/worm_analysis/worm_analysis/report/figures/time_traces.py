@@ -9,12 +9,13 @@ import numpy as np
 
 from worm_analysis.report.examples import Indices, example_spans
 from worm_analysis.report.figure_settings import FIGURES
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
-from worm_analysis.report.theme import HEAD, INK, PAGE_IN, SHADE, new_figure
+from worm_analysis.report.panel import Panel, counted, thousands
+from worm_analysis.report.theme import HEAD_COLOUR, INK, PAGE_IN, SHADE, new_figure
 from worm_analysis.results import Columns, Results
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_msgs_py.arrays import Floats
 
-READING = (
+_READING = (
     "<i>r</i><sub>h</sub>: distance of the head tip from the chamber's centre (thin line: the wall "
     "at <i>R</i>). θ<sub>h</sub>: its polar angle from the exit's direction, unwrapped, growing "
     "counter-clockwise. ψ<sub>b</sub>: signed angle from the outward normal at the head to the "
@@ -24,12 +25,12 @@ READING = (
     "(<i>R</i> − <i>r</i><sub>h</sub> &lt; 0.3 <i>d</i><sub>w</sub>). Lines break where the worm "
     "was not tracked."
 )
-READING_LONG = (
+_READING_LONG = (
     " The examples are stretches of up to one minute in one chamber, chosen by rule: of all in "
     "which θ<sub>h</sub> is known in 90 % of the frames, those with the fewest, the median and the "
     "most reversals."
 )
-BASE: dict[str, Any] = {
+_BASE: dict[str, Any] = {
     "key": "fig-2",
     "title": "Radial position, angular position and orientation against time",
     "paper": "Fig. 2",
@@ -69,7 +70,7 @@ class Example:
 def time_traces(results: Results) -> Panel:
     """Return the panel of one trial: up to three examples, or the whole of a short one."""
     if not results.chambers:
-        return Panel(**BASE, n=counted(0, "frames"), reading=READING, why=NO_CHAMBER)
+        return Panel(**_BASE, n=counted(0, "frames"), reading=_READING, why=NO_CHAMBER)
     examples = [Example.of(results, rows) for rows in example_spans(results)]
     return traces(examples, whole=bool(len(results.t_s)) and results.t_s[-1] <= FIGURES.whole_s)
 
@@ -80,7 +81,7 @@ def traces(examples: Sequence[Example], *, whole: bool = False) -> Panel:
     n = counted(known, "frames")
     if known < 2:
         why = "not enough data: the head was not tracked in a chamber for 54 s of any minute"
-        return Panel(**BASE, n=n, reading=READING, why=why)
+        return Panel(**_BASE, n=n, reading=_READING, why=why)
     figure = new_figure(PAGE_IN, 4.3)
     grid = figure.subplots(4, len(examples), sharex="col", squeeze=False, height_ratios=HEIGHTS)
     tables = {}
@@ -103,11 +104,11 @@ def traces(examples: Sequence[Example], *, whole: bool = False) -> Panel:
     figure.align_ylabels(grid[:, 0])
     span = "the whole trial" if whole else f"{len(examples)} examples of one minute"
     alt = f"Head radius, head angle, body angle and head direction against time, {span}, {n}."
-    reading = READING if whole else READING + READING_LONG
+    reading = _READING if whole else _READING + _READING_LONG
     trials = [example.trial for example in examples if example.trial]
     if trials:
         reading += f" From left to right they are from {escape(', '.join(trials))}."
-    return Panel(**BASE, n=n, reading=reading, figure=figure, alt=alt, tables=tables)
+    return Panel(**_BASE, n=n, reading=reading, figure=figure, alt=alt, tables=tables)
 
 
 def _known(example: Example) -> int:
@@ -153,9 +154,9 @@ def _draw_column(column: Any, example: Example) -> None:
     radius, theta, body, head = column
     line = {"linewidth": 0.8}
     radius.axhline(example.radius_mm, color=INK, linewidth=0.6)
-    radius.plot(t_s, tracks["r_h_mm"], color=HEAD, **line)
+    radius.plot(t_s, tracks["r_h_mm"], color=HEAD_COLOUR, **line)
     radius.set_ylim(top=1.04 * example.radius_mm)
-    theta.plot(t_s, np.degrees(tracks["theta_h_rad"]), color=HEAD, **line)
+    theta.plot(t_s, np.degrees(tracks["theta_h_rad"]), color=HEAD_COLOUR, **line)
     _whole_turns(theta)
     for axes, name in ((body, "psi_b_deg"), (head, "psi_h_deg")):
         axes.axhline(0.0, color=INK, linewidth=0.5)

@@ -9,25 +9,26 @@ from matplotlib.patches import Arc
 
 from worm_analysis.report.examples import Indices, example_spans
 from worm_analysis.report.figure_settings import FIGURES
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, thousands
+from worm_analysis.report.panel import Panel, counted, thousands
 from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, PAGE_IN, new_figure, say_n
 from worm_analysis.results import Results
 from worm_analysis.results.tracks import POINTS
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Chamber, Where
 
 PASSAGE_SHOWN_MM = 3.0
 SAME_FRAME_MM = 1.0
 """Far less than the chambers are apart, far more than a calibration is ever corrected."""
-READING = (
+_READING = (
     "Head tip, centroid of the body's area and tail tip in the chamber's own frame: origin at its "
     "centre, <i>x</i> towards the middle of the exit, <i>y</i> such that angles grow "
     "counter-clockwise as seen in the picture. The black circle is the wall of radius <i>R</i> "
     "with the opening of width <i>W</i>. Lines are frame by frame and break where the worm was "
     "not tracked."
 )
-READING_EXAMPLE = " First, one minute of the trial: that with the fewest reversals of direction."
-READING_LONG = " The whole trial is shown as points, one for each of evenly spaced frames."
+_READING_EXAMPLE = " First, one minute of the trial: that with the fewest reversals of direction."
+_READING_LONG = " The whole trial is shown as points, one for each of evenly spaced frames."
 
 
 def trajectories(results: Results) -> Panel:
@@ -37,7 +38,7 @@ def trajectories(results: Results) -> Panel:
         "key": "fig-1c",
         "title": "Trajectories of head, centroid and tail",
         "paper": "Fig. 1c",
-        "reading": READING,
+        "reading": _READING,
     }
     if not results.chambers:
         return Panel(**base, n=counted(0, "frames"), why=NO_CHAMBER)
@@ -53,9 +54,9 @@ def trajectories(results: Results) -> Panel:
             minute = example[np.isfinite(results.tracks["head_x_mm"][example])]
             place = results.tracks["where"][minute[0]]
             drawn += [(chamber, minute, False) for chamber, _ in inside if chamber.name == place]
-            base["reading"] += READING_EXAMPLE
+            base["reading"] += _READING_EXAMPLE
     if long:
-        base["reading"] += READING_LONG
+        base["reading"] += _READING_LONG
     drawn += [(chamber, rows, long) for chamber, rows in inside]
     figure = new_figure(*_size(len(drawn)))
     for number, (chamber, rows, as_points) in enumerate(drawn):

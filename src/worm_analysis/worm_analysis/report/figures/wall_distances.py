@@ -9,9 +9,10 @@ from scipy.special import chdtri
 
 from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.numbers import interval, plain, value
-from worm_analysis.report.panel import NO_CHAMBER, Panel, counted, number_of, thousands
+from worm_analysis.report.panel import Panel, counted, number_of, thousands
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLOURS, GREY, INK, PAGE_IN, PAPER_STYLE, new_figure
+from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
 
@@ -19,7 +20,7 @@ BINS_PER_MEAN = 2.0
 LONGEST_IN_MEANS = 6.0
 FIT = COLOURS["head"]
 LABELS = {"a": "distance in contact", "b": "distance out of contact", "c": "excursion"}
-READING = (
+_READING = (
     "<i>d</i><sub>c</sub> and <i>d</i><sub>nc</sub>: arc length <i>R</i>|Δθ<sub>h</sub>| that the "
     "head travels during one contact with the wall and during one excursion from it; "
     "Δ<i>r</i><sub>h</sub>: the largest <i>R</i> − <i>r</i><sub>h</sub> of an excursion. Only "
@@ -104,7 +105,7 @@ def wall_distances(data: ReportData) -> Panel:
         "key": "fig-3",
         "title": "Distances travelled in contact, out of contact, and away from the wall",
         "paper": "Fig. 3",
-        "reading": READING,
+        "reading": _READING,
         "n": n,
     }
     if pool is None:
