@@ -8,7 +8,7 @@ from worm_msgs_py.arrays import Floats
 from worm_msgs_py.status import Status
 from worm_tracker.detection.blobs import Blob, whole_picture
 from worm_tracker.detection.debris import DebrisCuttingSettings, without_debris
-from worm_tracker.detection.detection import Detection, Missed
+from worm_tracker.detection.detection import Detection, Missed, SignalView
 from worm_tracker.detection.occluded_body import occluded_points, with_known_width
 from worm_tracker.head_tail.appearance import appearance_difference
 from worm_tracker.midline.body_model import (
@@ -123,11 +123,7 @@ class Follower:
             return self._with_occlusion(observation, detection)
         if observation.status is Status.COILED:
             return replace(observation, unresolved=detection.cropped(self._settings.coil_margin_px))
-        if points is None or propagated is not None:
-            return observation
-        view = detection.view
-        appearance = appearance_difference(points, observation.widths, view.smooth, view.origin)
-        return replace(observation, appearance=appearance)
+        return observation
 
     def resolve_back(
         self, opened: Observation, detections: Sequence[Detection]
@@ -173,7 +169,7 @@ class Follower:
             if found is not None and self._continues(found):
                 if model is None or detection.occlusion is None:
                     self._learn(found, view.blob)
-                return _observation_of(found, view.blob), None
+                return _observation_of(found, _agreement(found, view.blob), detection.view), None
         return self._propagate(detection, contour_body)
 
     def _refused(self, detection: Detection) -> Observation | None:
@@ -289,23 +285,26 @@ class Follower:
             return observation
         confidence = self._settings.occlusion_confidence * observation.confidence
         if not any(occlusion.occluded_ends):
-            return replace(observation, status=Status.BRIDGED, confidence=confidence)
-        occluded = occluded_points(observation.points, occlusion)
+            status, occluded = Status.BRIDGED, (0, 0)
+        else:
+            status, occluded = Status.END_HIDDEN, occluded_points(observation.points, occlusion)
         return replace(
-            observation, status=Status.END_HIDDEN, confidence=confidence, occluded=occluded
+            observation, status=status, confidence=confidence, occluded=occluded, appearance=None
         )
 
 
-def _observation_of(found: RefinedMidline, blob: Blob) -> Observation:
+def _observation_of(found: RefinedMidline, agreement: float, view: SignalView) -> Observation:
     """Return the observation of a refined midline."""
+    appearance = appearance_difference(found.points, found.widths, view.smooth, view.origin)
     return Observation(
         Status.TRACKED,
         found.u,
         found.v,
         found.points,
         found.widths,
-        _agreement(found, blob),
+        agreement,
         mean_width(found.widths),
+        appearance=appearance,
     )
 
 

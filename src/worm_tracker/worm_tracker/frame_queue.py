@@ -144,8 +144,8 @@ class FrameQueue:
         """Return the oldest frames with the head as it is known by now."""
         if count <= 0:
             return []
-        head_first = self._head_tail.log_odds >= 0
-        sure = certainty(self._head_tail.log_odds)
+        odds = self._head_tail.log_odds
+        head_first, sure = odds >= 0, certainty(odds)
         certainties = []
         for pending in reversed(self._linked):
             certainties.append(sure)

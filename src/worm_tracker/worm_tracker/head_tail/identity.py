@@ -323,9 +323,10 @@ class HeadTail:
         return min(max(odds, low), high)
 
     def _note_swap(self) -> None:
-        if not self.certain:
+        odds = self.log_odds
+        if abs(odds) < self._settings.certain_log_odds:
             return
-        sign = 1 if self.log_odds > 0 else -1
+        sign = 1 if odds > 0 else -1
         if self._decided == -sign:
             self.swaps += 1
         self._decided = sign
