@@ -26,10 +26,10 @@ from rich.console import Console
 from rich.table import Table
 
 from worm_analysis.analysis import Analysis
-from worm_analysis.node import AnalysisNode
+from worm_analysis.analysis_node import AnalysisNode
 from worm_msgs_py import BodyState, convert, topics
-from worm_msgs_py.interfaces import RESULTS
-from worm_tracker.source_node import drain
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_tracker.sources.source_node import drain
 
 sys.path.append(str(Path(__file__).parents[1] / "tests" / "support"))
 from walked_tracks import GEOMETRY, slides_and_hops

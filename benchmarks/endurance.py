@@ -19,11 +19,11 @@ from rosbags.typesys import Stores, get_typestore
 
 from benchmarks.memory import draw, sampled_memory
 from worm_bringup.checkpoints import CheckpointFolder, Checkpoints
-from worm_bringup.node_spec import NodeSpec
+from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.trial import Trial, run_trial
 from worm_model.simulator.film import encode_jpeg, write_jpeg_bag
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.playback import in_a_loop
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.playback import in_a_loop
 
 ROOT = Path(__file__).parents[1]
 LARVA = ROOT / "bags" / "larva"
@@ -50,7 +50,7 @@ def replay(
         write_jpeg_bag(bag, islice(looped_film(side_px), frames))
         print(f"{frames} pictures of {side_px} x {side_px} px in {_mib(bag):.0f} MiB", flush=True)
         trial = Trial(
-            NodeSpec("worm_tracker.replay_node", "image_source", {"bag": str(bag)}),
+            NodeSpec("worm_tracker.sources.replay_node", "image_source", {"bag": str(bag)}),
             {"bag": bag.name},
         )
         checkpoints = _Timed(CheckpointFolder(out), trial.fingerprint, say=print)

@@ -26,12 +26,12 @@ import pyarrow.parquet as pq
 import typer
 from rosbags.typesys import Stores, get_typestore
 
-import worm_tracker.camera
+import worm_tracker.sources.cameras.camera
 from benchmarks.memory import MemoryTrace, draw, sampled_memory
-from worm_bringup.node_spec import NodeSpec
+from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.trial import Trial, run_trial
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.steady_clock import SteadyClock
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.cameras.steady_clock import SteadyClock
 
 ROOT = Path(__file__).parents[1]
 LARVA = ROOT / "bags" / "larva"
@@ -130,7 +130,9 @@ def run_live(address: str, out: Path, record: Path, run_s: float) -> MemoryTrace
         "stall": 5.0 * FastClock.speed,  # by the camera's clock
         "reconnect_delay": 0.1,
     }
-    trial = Trial(NodeSpec("worm_tracker.camera_node", "image_source", source), {"camera": address})
+    trial = Trial(
+        NodeSpec("worm_tracker.sources.camera_node", "image_source", source), {"camera": address}
+    )
     threading.Timer(run_s, os.kill, (os.getpid(), signal.SIGINT)).start()
     with sampled_memory(descendants=False) as trace:
         run_trial(trial, out, trace.progress, live=True)
@@ -145,7 +147,10 @@ def check(out: Path, record: Path, again: Path) -> dict[str, object]:
         stamps = [picture.stamp_ns for picture in pictures]
     events = [event for event in summary["source_events"] if event["kind"] == "outage"]
     run_trial(
-        Trial(NodeSpec("worm_tracker.replay_node", "image_source", {"bag": str(record)}), {}), again
+        Trial(
+            NodeSpec("worm_tracker.sources.replay_node", "image_source", {"bag": str(record)}), {}
+        ),
+        again,
     )
     same = [(out / name).read_bytes() == (again / name).read_bytes() for name in TABLES]
     return {
@@ -174,7 +179,7 @@ def main(
 ) -> None:
     """Run it, check it, draw its memory."""
     FastClock.speed = speed
-    worm_tracker.camera.SteadyClock = FastClock  # type: ignore[misc]
+    worm_tracker.sources.cameras.camera.SteadyClock = FastClock  # type: ignore[misc]
     run_s = hours * 3600 / speed
     with tempfile.TemporaryDirectory() as folder:
         out, record, again = (Path(folder) / name for name in ("out", "record", "again"))

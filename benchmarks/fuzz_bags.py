@@ -25,12 +25,12 @@ import numpy as np
 from benchmarks import fuzz_mutations as mutations
 from benchmarks.fuzz_scan import readable
 from worm_msgs_py.errors import BadInput, BadPicture
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.bag_scan.found import FoundMessage
-from worm_tracker.bag_scan.scan import scan_bag
-from worm_tracker.cdr import read_picture
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.pictures import PictureDecoder
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.bags.scan.found import FoundMessage
+from worm_tracker.sources.bags.scan.scan import scan_bag
+from worm_tracker.sources.bags.serialized_images import read_picture
+from worm_tracker.sources.image_decoder import PictureDecoder
 from worm_tracker.tracker import Tracker
 
 CASE_S = 120.0

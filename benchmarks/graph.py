@@ -17,11 +17,11 @@ from rosbags.typesys import Stores, get_typestore
 from threadpoolctl import threadpool_limits
 
 from worm_analysis.analysis import Analysis
-from worm_bringup.node_spec import NodeSpec
+from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.trial import Trial, run_graph
-from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.pictures import PictureDecoder
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.image_decoder import PictureDecoder
 from worm_tracker.tracker import Tracker
 
 BAG = Path(__file__).parents[1] / "bags" / "larva"
@@ -72,7 +72,9 @@ def timed_bare_loop() -> tuple[float, dict[str, float]]:
 
 def timed_graph(*, processes: bool) -> tuple[float, dict[str, float]]:
     """Return frames/s and the seconds of each node's callbacks; files are written."""
-    trial = Trial(NodeSpec("worm_tracker.replay_node", "image_source", {"bag": str(BAG)}), {})
+    trial = Trial(
+        NodeSpec("worm_tracker.sources.replay_node", "image_source", {"bag": str(BAG)}), {}
+    )
     with tempfile.TemporaryDirectory() as out:
         result = run_graph(trial, Path(out), processes=processes)
     spent = result.spent_s

@@ -36,9 +36,9 @@ from skimage.morphology import skeletonize
 from threadpoolctl import threadpool_limits
 
 from worm_model.simulator.rig import Body, Optics, Rig, draw
-from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.pictures import PictureDecoder
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.image_decoder import PictureDecoder
 from worm_tracker.tracker import Tracker
 
 Picture = NDArray[np.uint8]

@@ -3,7 +3,7 @@
 import os
 import tempfile
 
-from worm_msgs_py.network import Reach, dds_settings
+from worm_msgs_py.ros.network import Reach, dds_settings
 
 # Before rclpy is imported: read once, at import.
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
@@ -17,7 +17,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from worm_tracker.source_node import drain
+from worm_tracker.sources.source_node import drain
 
 settings.register_profile("worm", deadline=None, derandomize=True)
 settings.load_profile("worm")

@@ -15,14 +15,7 @@ MAY_IMPORT = {
 }
 ROS = {"rclpy", "std_msgs", "sensor_msgs", "geometry_msgs", "diagnostic_msgs"}
 ROS_FILES = {  # what is allowed to know ROS: nodes, conversions, and the graph
-    "worm_msgs_py": {
-        "qos.py",
-        "ledger.py",
-        "interfaces.py",
-        "worm_node.py",
-        "running.py",
-        "convert",
-    },
+    "worm_msgs_py": {"ros", "convert"},
 }
 
 

@@ -65,12 +65,12 @@ def test_launch_files_describe_the_graph(name):
 @pytest.mark.parametrize(
     "module",
     [
-        "worm_tracker.node",
-        "worm_tracker.replay_node",
-        "worm_tracker.camera_node",
-        "worm_analysis.node",
-        "worm_model.node",
-        "worm_bringup.recorder_node",
+        "worm_tracker.tracker_node",
+        "worm_tracker.sources.replay_node",
+        "worm_tracker.sources.camera_node",
+        "worm_analysis.analysis_node",
+        "worm_model.model_node",
+        "worm_bringup.recorder.recorder_node",
     ],
 )
 def test_a_node_started_alone_without_what_it_needs_says_so_or_waits(module, tmp_path):

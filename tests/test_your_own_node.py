@@ -10,9 +10,10 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from worm_msgs_py import convert, qos, topics
-from worm_tracker.node import TrackerNode
-from worm_tracker.replay_node import ReplayNode
+from worm_msgs_py import convert, topics
+from worm_msgs_py.ros import qos
+from worm_tracker.sources.replay_node import ReplayNode
+from worm_tracker.tracker_node import TrackerNode
 
 BAGS = Path(__file__).parents[1] / "bags"
 

@@ -17,5 +17,5 @@ setup(
     maintainer_email="maintainers@worm-escape.example.org",
     description="Observables, episodes and statistics of a tracked worm, and the report.",
     license="MIT",
-    entry_points={"console_scripts": ["analysis = worm_analysis.node:main"]},
+    entry_points={"console_scripts": ["analysis = worm_analysis.analysis_node:main"]},
 )

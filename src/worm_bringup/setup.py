@@ -23,7 +23,7 @@ setup(
     entry_points={
         "console_scripts": [
             "worm = worm_bringup.cli:main",
-            "recorder = worm_bringup.recorder_node:main",
+            "recorder = worm_bringup.recorder.recorder_node:main",
         ]
     },
 )

@@ -17,5 +17,5 @@ setup(
     maintainer_email="maintainers@worm-escape.example.org",
     description="Models of the worm: the boundary walk, and the synthetic rig that films a worm.",
     license="MIT",
-    entry_points={"console_scripts": ["model = worm_model.node:main"]},
+    entry_points={"console_scripts": ["model = worm_model.model_node:main"]},
 )

@@ -19,9 +19,9 @@ setup(
     license="MIT",
     entry_points={
         "console_scripts": [
-            "replay = worm_tracker.replay_node:main",
-            "camera = worm_tracker.camera_node:main",
-            "tracker = worm_tracker.node:main",
+            "replay = worm_tracker.sources.replay_node:main",
+            "camera = worm_tracker.sources.camera_node:main",
+            "tracker = worm_tracker.tracker_node:main",
         ]
     },
 )

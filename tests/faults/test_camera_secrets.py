@@ -18,12 +18,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from worm_bringup.cli import main
-from worm_bringup.node_spec import NodeSpec
-from worm_bringup.processes import run_in_processes
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.supervisor import run_in_processes
 from worm_msgs_py.errors import BadInput
-from worm_tracker.camera import Camera
-from worm_tracker.camera_address import kind_of, shown_address
-from worm_tracker.camera_node import CameraNode
+from worm_tracker.sources.camera_node import CameraNode
+from worm_tracker.sources.cameras.camera import Camera
+from worm_tracker.sources.cameras.camera_address import kind_of, shown_address
 
 PASSWORD = "hunter2secret"
 LOGIN = f"admin:{PASSWORD}"
@@ -149,7 +149,7 @@ def test_no_process_has_it_on_its_command_line_or_in_a_file(tmp_path, monkeypatc
 
     with mjpeg_server(40, pause_s=0.01, login=LOGIN) as address:
         source = NodeSpec(
-            "worm_tracker.camera_node",
+            "worm_tracker.sources.camera_node",
             "image_source",
             {"camera": with_login(address), "reconnect": 0.05},
         )

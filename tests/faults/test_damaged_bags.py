@@ -19,11 +19,11 @@ from rosbags.rosbag2 import StoragePlugin
 
 from worm_msgs_py import SourceEventKind
 from worm_msgs_py.errors import BadInput
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.bag_repair import name_of_repaired, repair
-from worm_tracker.bag_scan.decompression import decompress
-from worm_tracker.bag_scan.mcap_records import HEAD, Op
-from worm_tracker.bag_scan.scan import Survey, scan_bag
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.bags.bag_repair import name_of_repaired, repair
+from worm_tracker.sources.bags.scan.decompression import decompress
+from worm_tracker.sources.bags.scan.mcap_records import HEAD, Op
+from worm_tracker.sources.bags.scan.scan import Survey, scan_bag
 
 COUNT = 60
 COMPRESSIONS = [CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD]

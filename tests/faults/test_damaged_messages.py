@@ -24,14 +24,14 @@ from played_bags import Played, write_raw_mcap
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
-from worm_bringup.summary import Trial, build_summary
+from worm_analysis.results.summary import TrialRecord, build_summary
 from worm_msgs_py import SourceEvent, SourceEventKind
 from worm_msgs_py.errors import BadInput, BadPicture
-from worm_tracker.bad_messages import MOST_EVENTS, BadMessages
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.cdr import empty_picture, read_picture, stamp_of
-from worm_tracker.picture_files import size_of_whole
-from worm_tracker.pictures import PictureDecoder
+from worm_tracker.sources.bags.bad_messages import MOST_EVENTS, BadMessages
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.bags.serialized_images import empty_picture, read_picture, stamp_of
+from worm_tracker.sources.image_decoder import PictureDecoder
+from worm_tracker.sources.image_files import size_of_whole
 
 SHAPE = (48, 64)
 
@@ -224,7 +224,7 @@ def test_the_summary_lists_events_alike_whichever_node_was_heard_first():
         for kind, why in ((SourceEventKind.LOST, "a chunk"), (SourceEventKind.BAD_MESSAGE, "cut"))
     ]
     one, other = (
-        build_summary(Trial(source_events=order), {})["source_events"]
+        build_summary(TrialRecord(source_events=order), {})["source_events"]
         for order in (events, events[::-1])
     )
     assert one == other

@@ -17,18 +17,18 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension, UInt64, UInt64M
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import MarkerArray
 
-from worm_analysis.node import AnalysisNode
-from worm_bringup.recorder_node import RecorderNode
-from worm_model.node import ModelNode
+from worm_analysis.analysis_node import AnalysisNode
+from worm_bringup.recorder.recorder_node import RecorderNode
+from worm_model.model_node import ModelNode
 from worm_msgs_py import BodyState, Observables, convert, topics
 from worm_msgs_py.convert.body import _NAMES
 from worm_msgs_py.errors import MalformedMessage
-from worm_msgs_py.interfaces import RESULTS
-from worm_msgs_py.ledger import read_announcement
-from worm_msgs_py.qos import FLOW, IMAGE_REPLAY
-from worm_tracker.node import TrackerNode
-from worm_tracker.replay_node import ReplayNode
-from worm_tracker.source_node import drain
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.ledger import read_announcement
+from worm_msgs_py.ros.qos import FLOW, IMAGE_REPLAY
+from worm_tracker.sources.replay_node import ReplayNode
+from worm_tracker.sources.source_node import drain
+from worm_tracker.tracker_node import TrackerNode
 
 FRAMES = 30
 STATE_OF_NOTHING = convert.body_state_to_msg(BodyState(frame=10**9, stamp_ns=5))

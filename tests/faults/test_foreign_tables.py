@@ -5,7 +5,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from worm_bringup.track_table import TrackTable
+from worm_bringup.tracks.track_table import TrackTable
 from worm_model.evaluation import EvaluationError, evaluate, frame_table_of
 from worm_msgs_py.errors import BadInput
 

@@ -12,7 +12,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from std_msgs.msg import UInt64
 
-from worm_bringup.recorder_node import RecorderNode
+from worm_bringup.recorder.recorder_node import RecorderNode
 from worm_msgs_py import (
     BodyState,
     Midline,
@@ -23,14 +23,14 @@ from worm_msgs_py import (
     topics,
 )
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.interfaces import RESULTS
-from worm_msgs_py.ledger import Ledger
-from worm_msgs_py.qos import FLOW
-from worm_msgs_py.worm_node import WormNode
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.camera_node import CameraNode
-from worm_tracker.live_record import LiveRecord
-from worm_tracker.source_node import drain, spin_source
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.ledger import Ledger
+from worm_msgs_py.ros.qos import FLOW
+from worm_msgs_py.ros.worm_node import WormNode
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.camera_node import CameraNode
+from worm_tracker.sources.cameras.live_record import LiveRecord
+from worm_tracker.sources.source_node import drain, spin_source
 
 MIB = 1 << 20
 

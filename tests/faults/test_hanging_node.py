@@ -6,12 +6,12 @@ import pytest
 from mjpeg_server import mjpeg_server
 from picture_bags import write_bag
 
-from worm_bringup.graph import run_in_process
-from worm_bringup.node_spec import NodeSpec
-from worm_bringup.processes import run_in_processes
+from worm_bringup.graph.in_process import run_in_process
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.supervisor import run_in_processes
 from worm_msgs_py.errors import NodeFailed
-from worm_msgs_py.watchdog import watchdog
-from worm_tracker.bag_pictures import BagPictures
+from worm_msgs_py.ros.watchdog import watchdog
+from worm_tracker.sources.bags.bag_reader import BagPictures
 
 WAYS = [
     pytest.param(run_in_process, id="one process"),
@@ -30,7 +30,7 @@ def stand_ins_can_be_imported(monkeypatch):
 @pytest.mark.parametrize("way", HANGS)
 def test_a_node_that_hangs_is_named_and_ended(tmp_path, run, way, capfd):
     bag = write_bag(tmp_path / "bag", 10)
-    source = NodeSpec("worm_tracker.replay_node", "image_source", {"bag": bag})
+    source = NodeSpec("worm_tracker.sources.replay_node", "image_source", {"bag": bag})
     patience_s = 0.3 if run is run_in_process else 3.0  # children tell once a second
     with pytest.raises(NodeFailed, match="node tracker hangs"):
         run(source, [NodeSpec(TRACKER, "tracker", {"way": way})], patience_s=patience_s)
@@ -41,7 +41,7 @@ def test_a_node_that_hangs_is_named_and_ended(tmp_path, run, way, capfd):
 def test_the_record_of_a_live_trial_is_whole_where_a_node_hangs(tmp_path, run):
     with mjpeg_server(None, pause_s=0.005) as address:
         source = NodeSpec(
-            "worm_tracker.camera_node",
+            "worm_tracker.sources.camera_node",
             "image_source",
             {"camera": address, "record": tmp_path / "record"},
         )

@@ -16,17 +16,17 @@ from rclpy.parameter import Parameter
 from typer.testing import CliRunner
 
 from worm_bringup.cli.app import app
-from worm_bringup.graph import run_in_process
-from worm_bringup.node_spec import NodeSpec
-from worm_bringup.processes import run_in_processes
+from worm_bringup.graph.in_process import run_in_process
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.supervisor import run_in_processes
 from worm_bringup.trial import EndedEarly, Incomplete
 from worm_msgs_py import SourceEventKind
-from worm_msgs_py.source_events import SourceEvent, in_words, read_source_events
+from worm_msgs_py.contract.source_events import SourceEvent, in_words, read_source_events
 from worm_tracker import camera as camera_module
-from worm_tracker.camera import Camera
-from worm_tracker.camera_node import CameraNode
-from worm_tracker.source_node import spin_source
-from worm_tracker.steady_clock import SteadyClock
+from worm_tracker.sources.camera_node import CameraNode
+from worm_tracker.sources.cameras.camera import Camera
+from worm_tracker.sources.cameras.steady_clock import SteadyClock
+from worm_tracker.sources.source_node import spin_source
 
 WAYS = [
     pytest.param(run_in_process, id="one process"),
@@ -42,7 +42,7 @@ def stand_ins_can_be_imported(monkeypatch):
 
 def graph(out, **source):
     return (
-        NodeSpec("worm_tracker.camera_node", "image_source", QUICK | source),
+        NodeSpec("worm_tracker.sources.camera_node", "image_source", QUICK | source),
         [
             NodeSpec("standin_tracker_node", "tracker"),
             NodeSpec("standin_recorder_node", "recorder", {"out": out}),

@@ -11,9 +11,9 @@ import pytest
 from picture_bags import write_bag
 from sockets import children, udp_addresses
 
-from worm_bringup.isolation import free_domain
+from worm_bringup.graph.ros_environment import free_domain
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.network import Reach, dds_settings, environment
+from worm_msgs_py.ros.network import Reach, dds_settings, environment
 
 WORM = Path(sys.executable).with_name("worm")
 SUPPORT = Path(__file__).parents[1] / "support"
@@ -121,7 +121,7 @@ def test_a_node_started_alone_keeps_to_the_loopback(tmp_path, domain):
     bag = write_bag(tmp_path / "bag", 5, shape=(8, 8))
     script = (
         "import sys; from worm_tracker import replay_node;"
-        "from worm_tracker.source_node import SourceNode;"
+        "from worm_tracker.sources.source_node import SourceNode;"
         "is_watched = SourceNode.is_watched;"
         "replay_node.ReplayNode.is_watched = property(lambda self: print('going', flush=True));"
         "sys.exit(replay_node.main(sys.argv))"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from picture_bags import storage_file, write_bag
 from result_files import files_in, write_result
 
-from worm_bringup.output_rules import check_apart
+from worm_bringup.outputs.output_rules import check_apart
 from worm_msgs_py.errors import BadInput
 
 NAMES = st.sampled_from(["a", "b", "c", "..", "l", "m"])

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from result_files import files_in, result_text, write_result
 
-from worm_bringup.output_rules import check_apart
-from worm_bringup.results_directory import Kept, results_directory
+from worm_bringup.outputs.output_rules import check_apart
+from worm_bringup.outputs.results_directory import Kept, results_directory
 from worm_msgs_py.errors import BadInput
 
 LARVA = Path(__file__).parents[2] / "bags" / "larva"

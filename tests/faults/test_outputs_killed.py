@@ -9,7 +9,7 @@ import pytest
 from benchmarks.kill_runs import killed_replays
 from result_files import result_text
 
-from worm_bringup.results_directory import results_directory
+from worm_bringup.outputs.results_directory import results_directory
 
 
 @pytest.mark.parametrize("way", ["exchange", "renames"])

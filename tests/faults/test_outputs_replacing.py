@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from result_files import SUMMARY, TABLES, files_in, result_text, write_result
 
-from worm_bringup import exchange
-from worm_bringup.earlier_result import POOLED
-from worm_bringup.output_lock import output_lock
-from worm_bringup.results_directory import Kept, check_out, results_directory
+from worm_bringup.outputs import exchange
+from worm_bringup.outputs.earlier_result import POOLED
+from worm_bringup.outputs.output_lock import output_lock
+from worm_bringup.outputs.results_directory import Kept, check_out, results_directory
 from worm_msgs_py.errors import BadInput
 
 OURS = [*TABLES, "report.html", "bag/metadata.yaml", "bag/bag.mcap"]

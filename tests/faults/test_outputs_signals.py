@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from mjpeg_server import mjpeg_server
 
-from worm_msgs_py.running import finish_despite_signals, stop_on_signals
-from worm_tracker.bag_pictures import BagPictures
+from worm_msgs_py.ros.running import finish_despite_signals, stop_on_signals
+from worm_tracker.sources.bags.bag_reader import BagPictures
 
 LARVA = Path(__file__).parents[2] / "bags" / "larva"
 WORM = Path(sys.executable).with_name("worm")

@@ -3,10 +3,10 @@
 import pytest
 from rclpy.parameter import Parameter
 
-from worm_analysis.node import AnalysisNode
+from worm_analysis.analysis_node import AnalysisNode
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.worm_node import refuse_unknown_parameters
-from worm_tracker.node import TrackerNode
+from worm_msgs_py.ros.worm_node import refuse_unknown_parameters
+from worm_tracker.tracker_node import TrackerNode
 
 
 @pytest.mark.parametrize(

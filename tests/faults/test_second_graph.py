@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from picture_bags import write_bag
 
-from worm_bringup.isolation import free_domain
-from worm_msgs_py.claims import claim, full_name
+from worm_bringup.graph.ros_environment import free_domain
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.ros.claims import claim, full_name
 
 SUPPORT = Path(__file__).parents[1] / "support"
 WORM = Path(sys.executable).with_name("worm")
@@ -89,7 +89,7 @@ def test_of_two_graphs_the_second_is_refused_and_the_first_is_as_if_alone(tmp_pa
 
 def test_a_name_is_free_again_when_its_holder_is_killed():
     script = (
-        "import sys; from worm_msgs_py.claims import claim\n"
+        "import sys; from worm_msgs_py.ros.claims import claim\n"
         "with claim(5, ['/rig/killed']): print('held', flush=True); sys.stdin.read()"
     )
     with subprocess.Popen(
@@ -121,7 +121,7 @@ def test_a_namespace_is_the_same_however_it_is_written(namespace):
 
 
 def test_a_node_started_alone_is_refused_beside_one_of_its_name(environment):
-    script = "import sys; from worm_analysis.node import main; sys.exit(main(sys.argv))"
+    script = "import sys; from worm_analysis.analysis_node import main; sys.exit(main(sys.argv))"
     with claim(int(environment["ROS_DOMAIN_ID"]), ["/rig3/analysis"]):
         done = subprocess.run(
             [sys.executable, "-c", script, "--ros-args", "-r", "__ns:=/rig3"],

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from mjpeg_server import jpeg_picture, number_in
 from variable_rate_video import write_video
 
-from worm_tracker.camera import Camera
-from worm_tracker.film_pace import FilmPace
+from worm_tracker.sources.cameras.camera import Camera
+from worm_tracker.sources.cameras.film_pace import FilmPace
 
 DURATIONS_S = [0.02, 0.3, 0.05, 0.4, 0.03, 0.1]
 

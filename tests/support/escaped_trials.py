@@ -5,9 +5,9 @@ from pathlib import Path
 from escaping_worm import Worm, escaping_worm, write_table
 
 from worm_analysis.parameters import AnalysisParameters
-from worm_bringup.track_analysis import analyse_tracks
-from worm_bringup.track_rig import TableRig
-from worm_bringup.track_table import TrackTable
+from worm_bringup.tracks.track_analysis import analyse_tracks
+from worm_bringup.tracks.track_rig import TableRig
+from worm_bringup.tracks.track_table import TrackTable
 
 
 def escaped_trial(

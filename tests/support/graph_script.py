@@ -8,10 +8,10 @@ Prints a line once frames are going round; ends in good order at SIGTERM (the ba
 import sys
 from functools import partial
 
-from worm_bringup.graph import run_in_process
-from worm_bringup.node_spec import NodeSpec
-from worm_bringup.processes import run_in_processes
-from worm_msgs_py.network import Reach
+from worm_bringup.graph.in_process import run_in_process
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.supervisor import run_in_processes
+from worm_msgs_py.ros.network import Reach
 
 
 def main():
@@ -26,7 +26,7 @@ def main():
 
     source = {"bag": bag, "loop": True, "rate": 5.0}
     run(
-        NodeSpec("worm_tracker.replay_node", "image_source", source),
+        NodeSpec("worm_tracker.sources.replay_node", "image_source", source),
         [
             NodeSpec("standin_tracker_node", "tracker", {}),
             NodeSpec("standin_recorder_node", "recorder", {"out": out}),

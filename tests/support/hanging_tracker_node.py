@@ -8,7 +8,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import UInt64MultiArray
 
 from worm_msgs_py import convert, topics
-from worm_msgs_py.qos import FLOW, IMAGE_REPLAY
+from worm_msgs_py.ros.qos import FLOW, IMAGE_REPLAY
 
 
 class HangingTrackerNode(Node):

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from result_files import write_result
 
-from worm_bringup import exchange
-from worm_bringup.results_directory import results_directory
+from worm_bringup.outputs import exchange
+from worm_bringup.outputs.results_directory import results_directory
 
 CHANGES = {"os.mkdir", "os.rename", "os.remove", "os.rmdir", "ctypes.dlsym"}
 WRITING = os.O_WRONLY | os.O_RDWR

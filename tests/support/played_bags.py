@@ -6,9 +6,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from worm_msgs_py import convert, topics
-from worm_msgs_py.interfaces import RESULTS
-from worm_tracker.node import TrackerNode
-from worm_tracker.replay_node import ReplayNode
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_tracker.sources.replay_node import ReplayNode
+from worm_tracker.tracker_node import TrackerNode
 
 
 class Played:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from worm_analysis.analysis import Analysis
-from worm_bringup.recording import Recording
+from worm_bringup.recorder.recording import Recording
 from worm_model.simulator.head_path import Walker
 from worm_model.simulator.worm import midlines_mm
 from worm_msgs_py import (

@@ -7,8 +7,8 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import UInt64
 
 from worm_msgs_py import convert, topics
-from worm_msgs_py.interfaces import RESULTS
-from worm_msgs_py.qos import FLOW
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.qos import FLOW
 
 
 class StandInRecorderNode(Node):

@@ -9,9 +9,9 @@ from std_msgs.msg import UInt64, UInt64MultiArray
 
 from worm_msgs_py import BodyState, convert, topics
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.interfaces import RESULTS
-from worm_msgs_py.qos import FLOW, IMAGE_REPLAY
-from worm_tracker.pictures import PictureDecoder
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.qos import FLOW, IMAGE_REPLAY
+from worm_tracker.sources.image_decoder import PictureDecoder
 
 
 class StandInTrackerNode(Node):

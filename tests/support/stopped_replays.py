@@ -9,7 +9,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from worm_bringup.checkpoints import CheckpointFolder, Checkpoints
-from worm_bringup.node_spec import NodeSpec
+from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.provenance import bag_hash
 from worm_bringup.trial import Incomplete, Trial, run_trial
 
@@ -20,7 +20,7 @@ NEVER_S = 1e9
 def trial_of(bag, tracker=None, **player):
     """Return the replay of a bag, with parameters of its tracker and of its player."""
     return Trial(
-        NodeSpec("worm_tracker.replay_node", "image_source", {"bag": str(bag), **player}),
+        NodeSpec("worm_tracker.sources.replay_node", "image_source", {"bag": str(bag), **player}),
         {"bag": bag.name, "sha256": bag_hash(bag), **player},
         tracker=tracker or {},
     )

@@ -11,14 +11,14 @@ from std_msgs.msg import UInt64
 from walked_tracks import GEOMETRY, slides_and_hops
 
 from worm_analysis.analysis import Analysis
-from worm_analysis.node import DESCRIPTIONS, AnalysisNode
+from worm_analysis.analysis_node import DESCRIPTIONS, AnalysisNode
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import convert, topics
-from worm_msgs_py.interfaces import RESULTS
-from worm_msgs_py.ledger import Announcement, read_announcement
-from worm_msgs_py.qos import FLOW, LATCHED_SET_DEPTH
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.ledger import Announcement, read_announcement
+from worm_msgs_py.ros.qos import FLOW, LATCHED_SET_DEPTH
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.source_node import drain
+from worm_tracker.sources.source_node import drain
 
 ANALYSIS = [topic for topic in topics.RESULTS if topic.startswith("analysis/")]
 

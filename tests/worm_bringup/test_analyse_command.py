@@ -14,7 +14,7 @@ from walked_tracks import GEOMETRY, rough_track
 
 from worm_analysis.analysis import Analysis
 from worm_bringup.cli.app import main
-from worm_bringup.recording import Recording
+from worm_bringup.recorder.recording import Recording
 from worm_msgs_py import Midline
 
 command = sys.modules["worm_bringup.cli.analyse"]  # the package has a function of this name

@@ -9,7 +9,7 @@ import pytest
 from picture_bags import image, stamps, write_bag, write_messages
 from result_files import result_text, write_result
 
-from worm_bringup.results_directory import results_directory
+from worm_bringup.outputs.results_directory import results_directory
 
 SIZE = (256, 256)
 

@@ -11,12 +11,12 @@ from pathlib import Path
 import pytest
 from picture_bags import compressed, numbered_picture, stamps, storage_file, write_bag
 
-from worm_bringup import processes
-from worm_bringup.graph import run_in_process
-from worm_bringup.node_spec import NodeSpec
-from worm_bringup.processes import run_in_processes
+from worm_bringup.graph import supervisor as processes
+from worm_bringup.graph.in_process import run_in_process
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.supervisor import run_in_processes
 from worm_msgs_py.errors import BadInput
-from worm_tracker.bag_repair import repair
+from worm_tracker.sources.bags.bag_repair import repair
 
 WAYS = [
     pytest.param(run_in_process, id="one process"),
@@ -32,7 +32,9 @@ def stand_ins_can_be_imported(monkeypatch):
 def graph(bag, out, source=None, **tracker):
     """A source, a stand-in for the tracker, and a recorder of checksums."""
     return (
-        NodeSpec("worm_tracker.replay_node", "image_source", {"bag": bag, **(source or {})}),
+        NodeSpec(
+            "worm_tracker.sources.replay_node", "image_source", {"bag": bag, **(source or {})}
+        ),
         [
             NodeSpec("standin_tracker_node", "tracker", tracker),
             NodeSpec("standin_recorder_node", "recorder", {"out": out}),
@@ -240,7 +242,7 @@ def test_a_process_that_is_killed_ends_the_run_and_leaves_nothing(tmp_path, shar
         run_in_processes(*graph(bag, tmp_path / "out", {"loop": True}), progress)
     assert not shared_memory_left()
     assert not [
-        command for command in children().values() if b"worm_bringup.node_process" in command
+        command for command in children().values() if b"worm_bringup.graph.child_process" in command
     ]
 
 
@@ -262,9 +264,9 @@ def test_two_graphs_at_once_do_not_hear_each_other(tmp_path):
 def test_nothing_is_left_in_the_home_directory(tmp_path):
     bag = write_bag(tmp_path / "bag", 3)
     script = (
-        "import sys; from worm_bringup.graph import run_in_process;"
-        "from worm_bringup.node_spec import NodeSpec as N;"
-        "run_in_process(N('worm_tracker.replay_node','image_source',{'bag':sys.argv[1]}),[])"
+        "import sys; from worm_bringup.graph.in_process import run_in_process;"
+        "from worm_bringup.graph.node_spec import NodeSpec as N;"
+        "run_in_process(N('worm_tracker.sources.replay_node','image_source',{'bag':sys.argv[1]}),[])"
     )
     environment = {**os.environ, "HOME": str(tmp_path / "home")}
     environment.pop("ROS_LOG_DIR")

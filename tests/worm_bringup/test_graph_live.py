@@ -12,15 +12,15 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Image
 
-from worm_bringup.graph import run_in_process
-from worm_bringup.node_spec import NodeSpec
-from worm_bringup.processes import run_in_processes
+from worm_bringup.graph.in_process import run_in_process
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.supervisor import run_in_processes
 from worm_msgs_py import topics
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.qos import IMAGE_LIVE, RESULT
-from worm_tracker.camera_node import CameraNode
-from worm_tracker.pictures import PictureDecoder
-from worm_tracker.source_node import spin_source
+from worm_msgs_py.ros.qos import IMAGE_LIVE, RESULT
+from worm_tracker.sources.camera_node import CameraNode
+from worm_tracker.sources.image_decoder import PictureDecoder
+from worm_tracker.sources.source_node import spin_source
 
 WAYS = [
     pytest.param(run_in_process, id="one process"),
@@ -44,7 +44,7 @@ def graph(module, out, **source):
 
 
 def live(out, **source):
-    return graph("worm_tracker.camera_node", out, reconnect=0.0, **source)
+    return graph("worm_tracker.sources.camera_node", out, reconnect=0.0, **source)
 
 
 @pytest.mark.parametrize("run", WAYS)
@@ -54,7 +54,7 @@ def test_a_replay_of_the_record_gives_the_same_results(tmp_path, run):
     assert seen.complete
     assert 0 < seen.frames <= 150
     again = run_in_process(
-        *graph("worm_tracker.replay_node", tmp_path / "again", bag=tmp_path / "record")
+        *graph("worm_tracker.sources.replay_node", tmp_path / "again", bag=tmp_path / "record")
     )
     assert again.complete
     assert again.frames == seen.frames

@@ -9,7 +9,7 @@ import numpy as np
 from typer.testing import CliRunner
 
 from worm_bringup.cli.app import app
-from worm_tracker.bag_pictures import BagPictures
+from worm_tracker.sources.bags.bag_reader import BagPictures
 
 
 def run(*arguments):

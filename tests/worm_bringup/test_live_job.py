@@ -14,7 +14,7 @@ import pytest
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage
 
-from worm_tracker.bag_pictures import BagPictures
+from worm_tracker.sources.bags.bag_reader import BagPictures
 
 BAGS = Path(__file__).parents[2] / "bags"
 FRAMES = 120

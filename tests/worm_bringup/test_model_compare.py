@@ -12,7 +12,7 @@ from escaping_worm import Worm
 from worm_bringup.cli.app import main
 from worm_bringup.model_comparisons import compare_trials
 from worm_model.inference.comparison import ModelParameters
-from worm_msgs_py.agreement import agreements
+from worm_msgs_py.contract.agreement import agreements
 
 
 @pytest.fixture(scope="module")

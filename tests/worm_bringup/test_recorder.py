@@ -10,8 +10,8 @@ from rosbags.rosbag2 import Reader
 from std_msgs.msg import Float64MultiArray, UInt64
 
 from worm_analysis.results.tracks import SCHEMA as TRACKS
-from worm_bringup.recorder_node import RecorderNode
-from worm_bringup.recording import Recording
+from worm_bringup.recorder.recorder_node import RecorderNode
+from worm_bringup.recorder.recording import Recording
 from worm_msgs_py import (
     Attempt,
     BodyState,
@@ -25,10 +25,10 @@ from worm_msgs_py import (
     convert,
     topics,
 )
-from worm_msgs_py.interfaces import RESULTS
-from worm_msgs_py.ledger import Ledger
-from worm_msgs_py.qos import FLOW, LATCHED_SET_DEPTH
-from worm_msgs_py.worm_node import WormNode
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.ledger import Ledger
+from worm_msgs_py.ros.qos import FLOW, LATCHED_SET_DEPTH
+from worm_msgs_py.ros.worm_node import WormNode
 
 EVENTS = (
     Episode("chamber_a", EpisodeKind.CONTACT, 1, 2, 1.95e-3),

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from result_files import SUMMARY, result_text, write_result
 
+from worm_bringup.outputs.results_directory import results_directory
 from worm_bringup.provenance import bag_hash
-from worm_bringup.results_directory import results_directory
 from worm_msgs_py.errors import BadInput
 
 

@@ -11,12 +11,12 @@ from worm_analysis.analysis import Analysis
 from worm_analysis.parameters import AnalysisParameters
 from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.trial_model import TrialModel
-from worm_model.node import ANALYSIS, DESCRIPTIONS, HEARD, ModelNode
+from worm_model.model_node import ANALYSIS, DESCRIPTIONS, HEARD, ModelNode
 from worm_msgs_py import Observables, Quantity, convert, topics
-from worm_msgs_py.interfaces import RESULTS
-from worm_msgs_py.ledger import read_announcement
-from worm_msgs_py.qos import FLOW
-from worm_tracker.source_node import drain
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.ledger import read_announcement
+from worm_msgs_py.ros.qos import FLOW
+from worm_tracker.sources.source_node import drain
 
 MODEL = (topics.MODEL_FORECAST, topics.MODEL_COMPARISON, topics.MODEL_CORRELATION)
 EVERY = 100

@@ -25,10 +25,10 @@ from picture_bags import (
 from rosbags.rosbag2 import StoragePlugin
 
 from worm_msgs_py.errors import BadInput
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.bag_repair import repair
-from worm_tracker.cdr import stamp_of, with_stamp
-from worm_tracker.pictures import PictureDecoder
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.bags.bag_repair import repair
+from worm_tracker.sources.bags.serialized_images import stamp_of, with_stamp
+from worm_tracker.sources.image_decoder import PictureDecoder
 
 
 def read(path, topic=None, **kwargs):

@@ -16,11 +16,11 @@ from picture_bags import START_NS, TYPESTORE, image, numbered_picture, serialise
 from rosbags.rosbag2 import Reader
 
 from worm_msgs_py.errors import BadInput
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.bag_repair import repair
-from worm_tracker.camera import Camera
-from worm_tracker.picture_recorder import PictureRecorder
-from worm_tracker.pictures import IMAGE_TYPE
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.bags.bag_repair import repair
+from worm_tracker.sources.bags.bag_writer import PictureRecorder
+from worm_tracker.sources.cameras.camera import Camera
+from worm_tracker.sources.image_decoder import IMAGE_TYPE
 
 
 def watch(address, take=True, **kwargs):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from sensor_msgs.msg import CompressedImage, Image
 
 from worm_msgs_py.errors import BadInput, BadPicture
-from worm_tracker.pictures import PictureDecoder
+from worm_tracker.sources.image_decoder import PictureDecoder
 
 
 def message(picture, encoding, padding=0, big_endian=False):

@@ -16,13 +16,13 @@ from std_msgs.msg import UInt64, UInt64MultiArray
 from std_srvs.srv import Trigger
 
 from worm_msgs_py import convert, topics
-from worm_msgs_py.qos import FLOW, IMAGE_REPLAY
-from worm_tracker.bag_pictures import BagPicture
-from worm_tracker.cdr import stamp_of
-from worm_tracker.pictures import PictureDecoder
-from worm_tracker.playback import Playback, in_a_loop
-from worm_tracker.replay_node import ReplayNode
-from worm_tracker.source_node import drain
+from worm_msgs_py.ros.qos import FLOW, IMAGE_REPLAY
+from worm_tracker.sources.bags.bag_reader import BagPicture
+from worm_tracker.sources.bags.serialized_images import stamp_of
+from worm_tracker.sources.image_decoder import PictureDecoder
+from worm_tracker.sources.playback import Playback, in_a_loop
+from worm_tracker.sources.replay_node import ReplayNode
+from worm_tracker.sources.source_node import drain
 
 SECOND = 10**9
 

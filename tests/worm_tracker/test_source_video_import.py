@@ -6,9 +6,9 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from worm_msgs_py.errors import BadInput
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.pictures import COMPRESSED_TYPE, PictureDecoder
-from worm_tracker.video_import import import_film, open_film
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.image_decoder import COMPRESSED_TYPE, PictureDecoder
+from worm_tracker.sources.video_import import import_film, open_film
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 

@@ -16,13 +16,13 @@ from std_srvs.srv import Trigger
 from worm_model.simulator.film import encode_jpeg
 from worm_msgs_py import Status, convert, topics
 from worm_msgs_py.errors import BadInput, NoChamberFound
-from worm_msgs_py.interfaces import RESULTS
-from worm_msgs_py.qos import FLOW, IMAGE_REPLAY
-from worm_msgs_py.qos import RESULT as RESULT_QOS
-from worm_tracker.node import TrackerNode
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.qos import FLOW, IMAGE_REPLAY
+from worm_msgs_py.ros.qos import RESULT as RESULT_QOS
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.source_node import drain
+from worm_tracker.sources.source_node import drain
 from worm_tracker.tracker import Tracker
+from worm_tracker.tracker_node import TrackerNode
 
 
 class Bench:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from other_pictures import Look, taken, wall_following
 
-from worm_msgs_py.status import Status
+from worm_msgs_py.contract.status import Status
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 

@@ -12,10 +12,10 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage
 
 from worm_msgs_py import Status
-from worm_tracker.bag_pictures import BagPictures
 from worm_tracker.midline.deformable_fit import draw_body
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.pictures import PictureDecoder
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.image_decoder import PictureDecoder
 from worm_tracker.tracker import Tracker
 
 BAGS = Path(__file__).parents[2] / "bags"

@@ -19,7 +19,7 @@ from worm_msgs_py import (
     Visit,
     Where,
 )
-from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
+from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.units import NS_PER_S
 
 _CHAMBER_OF = {Where.CHAMBER_A: CHAMBER_A, Where.CHAMBER_B: CHAMBER_B}

@@ -9,15 +9,15 @@ from typing import Any
 from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.report import write_report
 from worm_bringup.checkpoints import Checkpoints
-from worm_bringup.graph import Progress, RunResult, run_in_process
-from worm_bringup.node_spec import NodeSpec
-from worm_bringup.processes import run_in_processes
+from worm_bringup.graph.in_process import Progress, RunResult, run_in_process
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.supervisor import run_in_processes
+from worm_bringup.outputs.results_directory import results_directory
 from worm_bringup.provenance import fingerprint, provenance
-from worm_bringup.results_directory import results_directory
 from worm_model.inference.comparison import ModelParameters
-from worm_msgs_py.network import Reach
-from worm_msgs_py.running import finish_despite_signals, stop_on_signals
-from worm_msgs_py.watchdog import PATIENCE_S
+from worm_msgs_py.ros.network import Reach
+from worm_msgs_py.ros.running import finish_despite_signals, stop_on_signals
+from worm_msgs_py.ros.watchdog import PATIENCE_S
 from worm_tracker.parameters import TrackerParameters
 
 _CHANGES_NO_RESULT = ("bag", "rate", "start_paused", "window")
@@ -62,13 +62,13 @@ class Trial:
     def nodes(self, out: Path | None) -> list[NodeSpec]:
         """Return all nodes but the source; the recorder where there is something to write to."""
         nodes = [
-            NodeSpec("worm_tracker.node", "tracker", self.tracker),
-            NodeSpec("worm_analysis.node", "analysis", self.analysis),
-            NodeSpec("worm_model.node", "model"),
+            NodeSpec("worm_tracker.tracker_node", "tracker", self.tracker),
+            NodeSpec("worm_analysis.analysis_node", "analysis", self.analysis),
+            NodeSpec("worm_model.model_node", "model"),
         ]
         if out is not None:
             parameters = {"out": str(out), "provenance": json.dumps(self._provenance())}
-            nodes.append(NodeSpec("worm_bringup.recorder_node", "recorder", parameters))
+            nodes.append(NodeSpec("worm_bringup.recorder.recorder_node", "recorder", parameters))
         return nodes
 
     @property

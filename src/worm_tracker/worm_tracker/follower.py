@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import log
 
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.status import Status
+from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.blobs import Blob, whole_picture
 from worm_tracker.detection.debris import DebrisCuttingSettings, without_debris
 from worm_tracker.detection.detection import Detection, Missed, SignalView

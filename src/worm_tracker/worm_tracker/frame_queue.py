@@ -3,8 +3,8 @@
 from collections import Counter, deque
 from collections.abc import Iterable
 
-from worm_msgs_py.body import TrackedFrame
-from worm_msgs_py.status import Status
+from worm_msgs_py.contract.body import TrackedFrame
+from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.detection import Detection
 from worm_tracker.frame_state import PendingFrame, tracked_frame
 from worm_tracker.head_tail.identity import (

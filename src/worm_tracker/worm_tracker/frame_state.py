@@ -6,10 +6,10 @@ from math import atan2, hypot, inf, isfinite
 import numpy as np
 
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.body import BodyState, Keypoint, Midline, TrackedFrame
-from worm_msgs_py.chamber import Chamber, Geometry
-from worm_msgs_py.frames import CAMERA, CHAMBER_A, Where
-from worm_msgs_py.locating import is_in_passage
+from worm_msgs_py.contract.body import BodyState, Keypoint, Midline, TrackedFrame
+from worm_msgs_py.contract.chamber import Chamber, Geometry
+from worm_msgs_py.contract.frames import CAMERA, CHAMBER_A, Where
+from worm_msgs_py.contract.locating import is_in_passage
 from worm_tracker.midline.curve import arc_length
 from worm_tracker.observation import Observation
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.status import Status
+from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.detection import Detection
 
 

@@ -6,7 +6,7 @@ from math import hypot, isfinite
 
 from worm_msgs_py import limits
 from worm_msgs_py.errors import TrackerError
-from worm_tracker.pictures import MAX_MEGAPIXELS, MEGAPIXELS
+from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, MEGAPIXELS
 
 NAN = float("nan")
 LIMITS = {

@@ -13,7 +13,7 @@ from math import log
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
-from worm_msgs_py.status import Status
+from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel, end_displacement, mean_width
 from worm_tracker.midline.curve import as_points

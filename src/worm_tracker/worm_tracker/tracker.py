@@ -7,10 +7,10 @@ import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Picture
-from worm_msgs_py.body import TrackedFrame
-from worm_msgs_py.chamber import Geometry
+from worm_msgs_py.contract.body import TrackedFrame
+from worm_msgs_py.contract.chamber import Geometry
+from worm_msgs_py.contract.status import Status
 from worm_msgs_py.errors import NoChamberFound
-from worm_msgs_py.status import Status
 from worm_tracker.calibration.rig_monitor import GeometryChange, RigMonitor, RigMonitorSettings
 from worm_tracker.detection.detector import Detector, DetectorSettings
 from worm_tracker.follower import Follower, FollowerSettings

@@ -20,7 +20,7 @@ from worm_model.inference.required_reversal import (
 )
 from worm_model.simulator.rig import Rig
 from worm_msgs_py import NeededReversal, Quantity
-from worm_msgs_py.agreement import agreements
+from worm_msgs_py.contract.agreement import agreements
 
 PAPER = WalkParameters()
 NAN = float("nan")

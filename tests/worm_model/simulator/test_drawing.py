@@ -10,7 +10,7 @@ from scipy.ndimage import map_coordinates
 from scipy.optimize import brentq
 
 from worm_model.simulator.rig import Body, Optics, Rig, draw, truth_of, worm_coverage
-from worm_msgs_py.frames import Where
+from worm_msgs_py.contract.frames import Where
 
 CLEAN = Optics(gradient=(0.0, 0.0), noise=0.0, blur_px=0.8)
 RIG = Rig(

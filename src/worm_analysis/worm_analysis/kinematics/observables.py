@@ -4,7 +4,7 @@ from math import atan2, hypot, pi
 
 import numpy as np
 
-from worm_msgs_py.chamber import Real
+from worm_msgs_py.contract.chamber import Real
 
 
 def wrap_angle(angle_rad: Real) -> Real:

@@ -16,7 +16,7 @@ from worm_analysis.report.report import environment, source_name, trial_context
 from worm_analysis.report.symbols import under_rule
 from worm_analysis.results import ReportError, Results, read_results
 from worm_analysis.results.errors import REMEDY
-from worm_msgs_py.whole_files import whole_file
+from worm_msgs_py.files.whole_files import whole_file
 
 EXAMPLES = 3
 BESIDE_IN_POOL = ("fig-1c", "fig-4c", "fig-8", "fig-model")

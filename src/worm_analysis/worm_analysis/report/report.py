@@ -13,9 +13,9 @@ from worm_analysis.report.panel import thousands
 from worm_analysis.results import Results, read_results
 from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_msgs_py import Status
-from worm_msgs_py.source_events import in_words
+from worm_msgs_py.contract.source_events import in_words
+from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.text import printable
-from worm_msgs_py.whole_files import whole_file
 
 SOURCES = {
     "bag": "Bag",

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from worm_analysis.results import entries
 from worm_analysis.results.errors import REMEDY, ReportError
-from worm_msgs_py.record_file import RecordFile
+from worm_msgs_py.files.record_file import RecordFile
 
 WORDS = ("where", "status", "chamber", "kind", "record", "stroke_phase")
 STAMPS = ("stamp_ns", "start_ns", "end_ns")

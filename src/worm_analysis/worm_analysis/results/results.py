@@ -22,7 +22,7 @@ from worm_analysis.results.summary import (
 from worm_analysis.results.sums import read_sums
 from worm_msgs_py import Chamber, Comparison, Correlation, Quantity
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.source_events import SourceEvent, read_source_events
+from worm_msgs_py.contract.source_events import SourceEvent, read_source_events
 from worm_msgs_py.units import MM_PER_M, NS_PER_S
 
 

@@ -23,11 +23,11 @@ from worm_msgs_py import (
     SourceEventKind,
 )
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
-from worm_msgs_py.json_files import read_json
+from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
+from worm_msgs_py.files.json_files import read_json
+from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.limits import RADIUS
 from worm_msgs_py.units import MM_PER_M
-from worm_msgs_py.whole_files import whole_file
 
 CHAMBERS = (CHAMBER_A, CHAMBER_B)
 RULES, SPEEDS = ("per_cycle", "per_phase", "rate"), ("v_w", "v_b")

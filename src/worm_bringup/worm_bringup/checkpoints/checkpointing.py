@@ -14,10 +14,10 @@ from typing import Any
 from rclpy.node import Node
 
 from worm_bringup.checkpoints.folder import CheckpointFolder, Manifest
-from worm_bringup.recorder_node import RecorderNode
+from worm_bringup.recorder.recorder_node import RecorderNode
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.worm_node import WormNode
-from worm_tracker.source_node import SourceNode
+from worm_msgs_py.ros.worm_node import WormNode
+from worm_tracker.sources.source_node import SourceNode
 
 INTERVAL_S = 10.0
 """Wall-clock time between two checkpoints: what a run that is killed loses at most."""

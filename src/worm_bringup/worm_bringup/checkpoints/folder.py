@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from worm_bringup.checkpoints import exact_pickle
-from worm_bringup.output_rules import resolve_out
+from worm_bringup.outputs.output_rules import resolve_out
 from worm_msgs_py.errors import BadInput
 
 _MANIFEST = "manifest.json"

@@ -11,15 +11,15 @@ from worm_analysis.report import write_report
 from worm_bringup.cli import options
 from worm_bringup.cli.numbers import number, numbers
 from worm_bringup.cli.progress import progress_bar, show_trial
-from worm_bringup.output_rules import check_apart
-from worm_bringup.results_directory import check_out, results_directory
-from worm_bringup.track_analysis import analyse_tracks
-from worm_bringup.track_rig import TableRig, rig_of_summary
-from worm_bringup.track_table import TrackTable
+from worm_bringup.outputs.output_rules import check_apart
+from worm_bringup.outputs.results_directory import check_out, results_directory
+from worm_bringup.tracks.track_analysis import analyse_tracks
+from worm_bringup.tracks.track_rig import TableRig, rig_of_summary
+from worm_bringup.tracks.track_table import TrackTable
 from worm_msgs_py import limits
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
-from worm_msgs_py.running import finish_despite_signals
+from worm_msgs_py.ros.running import finish_despite_signals
 
 _PLACE = Limit(-1e4, 1e4, "mm")
 _RIG = "The rig, where the table cannot say"

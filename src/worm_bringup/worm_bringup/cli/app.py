@@ -18,10 +18,10 @@ from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
 from worm_bringup.cli.simulate import simulate
 from worm_bringup.cli.usage import UsageFault, usage_line
-from worm_bringup.results_directory import Kept
+from worm_bringup.outputs.results_directory import Kept
 from worm_bringup.trial import EndedEarly, Incomplete
 from worm_msgs_py.errors import BadInput, NodeFailed
-from worm_msgs_py.running import interrupted_by_signals
+from worm_msgs_py.ros.running import interrupted_by_signals
 from worm_msgs_py.text import printable
 
 BAD_INPUT = 2

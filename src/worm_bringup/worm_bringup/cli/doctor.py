@@ -39,7 +39,7 @@ def _python() -> str:
 def _rclpy() -> str:
     from rclpy.utilities import get_rmw_implementation_identifier
 
-    from worm_bringup.isolation import own_context
+    from worm_bringup.graph.ros_environment import own_context
 
     with own_context():
         rmw = get_rmw_implementation_identifier()
@@ -51,9 +51,9 @@ def _messages() -> str:
     import numpy as np
     from sensor_msgs.msg import Image
 
-    from worm_bringup.isolation import own_context
+    from worm_bringup.graph.ros_environment import own_context
     from worm_msgs_py.convert import picture_to_msg
-    from worm_msgs_py.qos import IMAGE_REPLAY
+    from worm_msgs_py.ros.qos import IMAGE_REPLAY
 
     picture = np.arange(256, dtype=np.uint8).reshape(16, 16)
     received: list[bytes] = []

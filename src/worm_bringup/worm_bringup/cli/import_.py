@@ -10,10 +10,10 @@ import typer
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.terminal import say
-from worm_bringup.output_rules import check_apart
+from worm_bringup.outputs.output_rules import check_apart
 from worm_msgs_py.limits import FPS, JPEG_QUALITY
 from worm_msgs_py.text import printable
-from worm_tracker.video_import import import_film, open_film
+from worm_tracker.sources.video_import import import_film, open_film
 
 
 def import_(

@@ -8,14 +8,14 @@ import typer
 from worm_bringup.cli import options
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar, show_result, show_speed
-from worm_bringup.node_spec import NodeSpec
-from worm_bringup.output_rules import check_apart
-from worm_bringup.results_directory import check_out
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.outputs.output_rules import check_apart
+from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.trial import EndedEarly, Incomplete, Trial, run_graph, run_trial
-from worm_msgs_py.watchdog import PATIENCE_S
-from worm_tracker.camera_address import Kind, kind_of, shown_address
-from worm_tracker.camera_node import RECONNECT
+from worm_msgs_py.ros.watchdog import PATIENCE_S
 from worm_tracker.parameters import Polarity
+from worm_tracker.sources.camera_node import RECONNECT
+from worm_tracker.sources.cameras.camera_address import Kind, kind_of, shown_address
 
 _CAMERA = "The camera"
 
@@ -89,7 +89,7 @@ def live(
     if record is not None:
         parameters["record"] = str(record)
     trial = Trial(
-        source=NodeSpec("worm_tracker.camera_node", "image_source", parameters),
+        source=NodeSpec("worm_tracker.sources.camera_node", "image_source", parameters),
         origin={"camera": shown_address(camera)},
         tracker=options.tracker_parameters(
             polarity=polarity,

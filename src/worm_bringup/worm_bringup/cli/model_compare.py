@@ -23,9 +23,9 @@ from worm_model.inference.fit import Speed
 from worm_model.inference.intervals import Interval, intervals_overlap
 from worm_model.inference.required_reversal import paper_needs
 from worm_msgs_py import Comparison, ModelQuantity, NeededReversal, Quantity
-from worm_msgs_py.agreement import agreements
+from worm_msgs_py.contract.agreement import agreements
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.whole_files import new_file
+from worm_msgs_py.files.whole_files import new_file
 
 _MILLI = {"m": "mm", "m/s": "mm/s"}
 PAPER = "the paper's own numbers"

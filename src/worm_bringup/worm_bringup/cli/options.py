@@ -12,11 +12,11 @@ from worm_bringup.cli.numbers import number, numbers
 from worm_bringup.cli.usage import refuse_together, refuse_without
 from worm_msgs_py import limits
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.network import Reach
-from worm_msgs_py.watchdog import PATIENCE
-from worm_tracker.bag_scan.decompression import CHUNK_MIB
+from worm_msgs_py.ros.network import Reach
+from worm_msgs_py.ros.watchdog import PATIENCE
 from worm_tracker.parameters import Polarity, TrackerParameters
-from worm_tracker.pictures import MEGAPIXELS
+from worm_tracker.sources.bags.scan.decompression import CHUNK_MIB
+from worm_tracker.sources.image_decoder import MEGAPIXELS
 
 _TRACKER = "The picture"
 _ANALYSIS = "The analysis"

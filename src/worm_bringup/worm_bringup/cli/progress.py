@@ -20,9 +20,9 @@ from rich.table import Table
 from rich.text import Text
 
 from worm_bringup.cli.terminal import Terminal
-from worm_bringup.graph import Progress as Report
-from worm_bringup.graph import RunResult
-from worm_msgs_py.source_events import in_words, read_source_events
+from worm_bringup.graph.in_process import Progress as Report
+from worm_bringup.graph.in_process import RunResult
+from worm_msgs_py.contract.source_events import in_words, read_source_events
 from worm_msgs_py.text import printable
 
 _SHOWN = (

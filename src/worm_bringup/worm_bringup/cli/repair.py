@@ -8,10 +8,10 @@ import typer
 
 from worm_bringup.cli import options
 from worm_msgs_py.text import printable
-from worm_tracker.bag_repair import name_of_repaired
-from worm_tracker.bag_repair import repair as repair_bag
-from worm_tracker.bag_scan.decompression import MAX_CHUNK_MIB
-from worm_tracker.bag_scan.found import Lost
+from worm_tracker.sources.bags.bag_repair import name_of_repaired
+from worm_tracker.sources.bags.bag_repair import repair as repair_bag
+from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
+from worm_tracker.sources.bags.scan.found import Lost
 
 _SHOWN = 20
 

@@ -11,18 +11,18 @@ from worm_bringup.checkpoints import CheckpointFolder, Checkpoints, progress_of
 from worm_bringup.cli import options
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar, show_result
-from worm_bringup.node_spec import NodeSpec
-from worm_bringup.output_rules import check_apart
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.outputs.output_rules import check_apart
+from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.provenance import bag_hash
-from worm_bringup.results_directory import check_out
 from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.errors import BadInput, TrackerError
-from worm_msgs_py.watchdog import PATIENCE_S
-from worm_tracker.bag_pictures import BagPictures
-from worm_tracker.bag_scan.decompression import MAX_CHUNK_MIB
+from worm_msgs_py.ros.watchdog import PATIENCE_S
 from worm_tracker.parameters import Polarity
-from worm_tracker.pictures import MAX_MEGAPIXELS
-from worm_tracker.playback import PLAYBACK, RATE, START_OFFSET
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
+from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS
+from worm_tracker.sources.playback import PLAYBACK, RATE, START_OFFSET
 
 _PLAYER = "The player (as in ros2 bag play)"
 
@@ -149,7 +149,7 @@ def replay(
     ) as pictures:
         chosen = pictures.topic
     trial = Trial(
-        source=NodeSpec("worm_tracker.replay_node", "image_source", player),
+        source=NodeSpec("worm_tracker.sources.replay_node", "image_source", player),
         origin={
             "bag": bag.name,
             "sha256": bag_hash(bag),

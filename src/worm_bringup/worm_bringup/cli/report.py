@@ -9,10 +9,10 @@ import typer
 from worm_analysis.report import write_pooled_report, write_report
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.terminal import say
-from worm_bringup.earlier_result import POOLED, SOFTWARE
-from worm_bringup.output_rules import check_apart
+from worm_bringup.outputs.earlier_result import POOLED, SOFTWARE
+from worm_bringup.outputs.output_rules import check_apart
+from worm_bringup.outputs.results_directory import check_out, results_directory
 from worm_bringup.pooled_walks import pooled_walks
-from worm_bringup.results_directory import check_out, results_directory
 
 
 def report(

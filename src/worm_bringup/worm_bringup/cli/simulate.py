@@ -12,7 +12,7 @@ import typer
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.terminal import say
-from worm_bringup.graph import Progress
+from worm_bringup.graph.in_process import Progress
 from worm_model.simulator.film import FilmFrame, truth_path, write_film
 from worm_model.simulator.rig import Optics, Rig
 from worm_model.simulator.worm import Walker, simulate_film

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from worm_model.boundary_walk.first_passage import FirstPassage, SolvedWalk
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
+from worm_msgs_py.files.whole_files import new_file
 from worm_msgs_py.paper import (
     EXIT_WIDTHS_MM,
     REVERSAL_OF_FIG_6,
@@ -18,7 +19,6 @@ from worm_msgs_py.paper import (
     WALK_HOP_MM,
     WALK_SLIDE_MM,
 )
-from worm_msgs_py.whole_files import new_file
 
 FIGURE_FORMATS = ".svg", ".png", ".pdf"
 _REVERSALS = sorted(REVERSAL_OF_FIG_6)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from worm_model.evaluation.record import ChamberCircle, EvaluationError, FrameTable
 from worm_msgs_py import Status
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.json_files import read_json
+from worm_msgs_py.files.json_files import read_json
 
 TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
 _POINTS = ("head", "centroid", "tail")

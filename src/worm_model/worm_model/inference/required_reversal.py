@@ -3,7 +3,7 @@
 The paper's reversals, its persistence of direction and its times to the exit cannot all be had from
 one boundary walk. Here each observation alone is turned into the reversal that the exact walk
 would need to give it, under every rule and at either speed; where the intervals do not meet, the
-walk cannot hold these observations together (`worm_msgs_py.agreement`).
+walk cannot hold these observations together (`worm_msgs_py.contract.agreement`).
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -12,8 +12,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from worm_model.simulator.rig import TruthRow, write_truth
 from worm_msgs_py import topics
-from worm_msgs_py.frames import CAMERA
-from worm_msgs_py.whole_files import new_file, new_folder
+from worm_msgs_py.contract.frames import CAMERA
+from worm_msgs_py.files.whole_files import new_file, new_folder
 
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
 _COMPRESSED = "sensor_msgs/msg/CompressedImage"

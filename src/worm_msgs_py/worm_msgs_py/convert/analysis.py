@@ -9,8 +9,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension, MultiArrayLayout
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from worm_msgs_py.analysis import Correlation, Distribution, Observables, Quantity
 from worm_msgs_py.arrays import Floats, Integers
+from worm_msgs_py.contract.analysis import Correlation, Distribution, Observables, Quantity
+from worm_msgs_py.contract.frames import Where
 from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
 from worm_msgs_py.convert.joints import joints_from_msg, joints_to_msg
 from worm_msgs_py.convert.stamp import (
@@ -20,7 +21,6 @@ from worm_msgs_py.convert.stamp import (
     stamp_to_ns,
 )
 from worm_msgs_py.convert.strict import strict, whole
-from worm_msgs_py.frames import Where
 
 _REAL = (
     "r_h_m",

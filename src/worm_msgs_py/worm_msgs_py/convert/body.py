@@ -6,12 +6,12 @@ from math import cos, sin
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from sensor_msgs.msg import JointState
 
-from worm_msgs_py.body import BodyState, Keypoint
+from worm_msgs_py.contract.body import BodyState, Keypoint
+from worm_msgs_py.contract.frames import Where
+from worm_msgs_py.contract.status import Status
 from worm_msgs_py.convert.joints import joints_from_msg
 from worm_msgs_py.convert.stamp import header, stamp_to_ns
 from worm_msgs_py.convert.strict import strict, whole
-from worm_msgs_py.frames import Where
-from worm_msgs_py.status import Status
 
 _KEYPOINTS = ("head", "centroid", "tail")
 _KEYPOINT_FIELDS = tuple(field.name for field in fields(Keypoint))

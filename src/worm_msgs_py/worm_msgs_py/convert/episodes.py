@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 from diagnostic_msgs.msg import DiagnosticArray
 
+from worm_msgs_py.contract.episodes import Attempt, Episode, EpisodeKind, Event, Visit
 from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.convert.strict import strict
-from worm_msgs_py.episodes import Attempt, Episode, EpisodeKind, Event, Visit
 
 _KINDS: dict[str, type[Event]] = {"episode": Episode, "visit": Visit, "attempt": Attempt}
 _NAMES = {kind: name for name, kind in _KINDS.items()}

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2, PointField
 
-from worm_msgs_py.body import BodyState, Midline
+from worm_msgs_py.contract.body import BodyState, Midline
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.convert.strict import strict
 

@@ -4,11 +4,11 @@ from dataclasses import asdict
 
 from sensor_msgs.msg import JointState
 
+from worm_msgs_py.contract.frames import Where
+from worm_msgs_py.contract.model import Comparison, Forecast, ModelQuantity, NeededReversal
 from worm_msgs_py.convert.joints import joints_from_msg, joints_to_msg
 from worm_msgs_py.convert.stamp import stamp_to_ns
 from worm_msgs_py.convert.strict import strict, whole
-from worm_msgs_py.frames import Where
-from worm_msgs_py.model import Comparison, Forecast, ModelQuantity, NeededReversal
 
 _PARAMETER, _NEEDED, _FORECAST = "parameter/", "needed_reversal/", "forecast/"
 _IS_MEASURED = "_is_measured"

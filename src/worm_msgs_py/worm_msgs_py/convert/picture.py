@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import Image
 
+from worm_msgs_py.contract.frames import CAMERA
 from worm_msgs_py.convert.stamp import header
-from worm_msgs_py.frames import CAMERA
 
 
 def picture_to_msg(picture: NDArray[np.uint8], stamp_ns: int, frame_id: str = CAMERA) -> Image:

@@ -6,9 +6,9 @@ from math import atan2, hypot, isfinite, radians, remainder, tau
 import numpy as np
 
 from worm_msgs_py.arrays import Picture
-from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.contract.chamber import Chamber, Geometry
+from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.errors import NoChamberFound, TrackerError
-from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B
 from worm_tracker.calibration.circle_fit import CircleFitSettings, FittedCircle, find_circles
 from worm_tracker.calibration.exit_fit import ExitFitSettings, find_exit
 from worm_tracker.parameters import TrackerParameters

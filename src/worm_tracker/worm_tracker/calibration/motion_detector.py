@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
-from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.contract.chamber import Chamber, Geometry
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from math import hypot, isfinite, radians, remainder, tau
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
-from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.errors import NoChamberFound
 from worm_tracker.calibration.calibrate import (
     CalibrationSettings,

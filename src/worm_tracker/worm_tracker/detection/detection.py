@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Mask, Picture
-from worm_msgs_py.status import Status
+from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.blobs import (
     Blob,
     BlobSettings,

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Mask, Picture
-from worm_msgs_py.chamber import Geometry
-from worm_msgs_py.status import Status
+from worm_msgs_py.contract.chamber import Geometry
+from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.background import Background, BackgroundSettings
 from worm_tracker.detection.blobs import (
     Blob,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
-from worm_msgs_py.chamber import Chamber, Geometry
+from worm_msgs_py.contract.chamber import Chamber, Geometry
 
 WALL_REACH_PX = 12
 """How far to either side of the wall its blurred profile is modelled."""

@@ -14,7 +14,7 @@ from worm_analysis.report.theme import CENTROID_COLOUR, HEAD_COLOUR, INK, PAGE_I
 from worm_analysis.results import Results
 from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_msgs_py import NeededReversal
-from worm_msgs_py.agreement import Agreement, agreements
+from worm_msgs_py.contract.agreement import Agreement, agreements
 
 OF_PAPER = {
     "reversal": "reversals, text: 30 %",

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_model.simulator.rig.optics import Optics
-from worm_msgs_py.chamber import Chamber, Geometry
-from worm_msgs_py.frames import CHAMBER_A, CHAMBER_B, Where
+from worm_msgs_py.contract.chamber import Chamber, Geometry
+from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B, Where
 
 
 @dataclass(frozen=True, slots=True)

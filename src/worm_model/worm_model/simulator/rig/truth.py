@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from worm_model.simulator.rig.body import Body
 from worm_model.simulator.rig.drawing import Coverage, worm_coverage
 from worm_model.simulator.rig.geometry import Rig
+from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.paper import CONTACT_FACTOR
-from worm_msgs_py.whole_files import whole_file
 
 MIDLINE_POINTS = 50
 HEAD_PART = 0.1

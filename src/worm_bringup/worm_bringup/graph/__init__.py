@@ -1,0 +1,1 @@
+"""The nodes put together: in this process, or with a process each."""

@@ -1,0 +1,173 @@
+"""The graph in one process: publish a frame, run callbacks until none is ready, and so on."""
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from threadpoolctl import threadpool_limits
+
+from worm_bringup.checkpoints import Checkpoints
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.ros_environment import alone_on_their_names, keep_freed_memory, own_context
+from worm_msgs_py.ros.network import Reach
+from worm_msgs_py.ros.running import stop_on_signals
+from worm_msgs_py.ros.watchdog import PATIENCE_S, Watch, watchdog
+from worm_tracker.sources.source_node import SourceNode, drain, spin_source, until_stopped
+
+Progress = Callable[[int, int | None], None]
+"""Called with the number of frames that were sent, and of those to come in all where known."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """How a run of the graph ended.
+
+    Attributes
+    ----------
+    frames : int
+        Frames that the source sent.
+    complete : bool
+        Whether the source came to its end and every node finished.
+    interrupted : bool
+        Whether a signal ended it.
+    missing : str
+        What is not complete, for people; empty where nothing is missing.
+    ended_early : str
+        Why the source ended before its time; empty where it did not. The results are whole up to
+        there.
+    earlier : int
+        Of these frames, those that an earlier run had sent which this one went on with.
+    elapsed_s : float
+        From the first frame to the last result.
+    spent_s : dict
+        Seconds spent in the callbacks of each node; what the source spends on reading and
+        publishing is under its own name. Empty where every node has a process of its own.
+    counts : dict
+        What the source counted, such as frames that were skipped; empty as above.
+    """
+
+    frames: int
+    complete: bool
+    interrupted: bool
+    missing: str
+    elapsed_s: float
+    spent_s: dict[str, float] = field(default_factory=dict)
+    counts: dict[str, str] = field(default_factory=dict)
+    ended_early: str = ""
+    earlier: int = 0
+
+
+def run_in_process(
+    source: NodeSpec,
+    nodes: Sequence[NodeSpec],
+    progress: Progress | None = None,
+    *,
+    reach: Reach = Reach.OWN,
+    namespace: str = "",
+    checkpoints: Checkpoints | None = None,
+    patience_s: float = PATIENCE_S,
+) -> RunResult:
+    """Run a graph in this process, to the end of its source or to SIGINT or SIGTERM.
+
+    A signal ends an endless source in good order (the result is whole), any other run at once.
+
+    Not a frame can be lost, whatever the speed of the nodes: the next one is published when there
+    is nothing left to do for the one before.
+
+    Parameters
+    ----------
+    source : NodeSpec
+        Its node is a `SourceNode`; it is made first, so that bad input leaves no output.
+    nodes : sequence of NodeSpec
+        The others. Those that have an attribute `done` must be done at the end, and may say in an
+        attribute `missing` why they are not.
+    progress : callable, optional
+        Called after every frame.
+    reach : Reach
+        Who can see the graph (see `isolation.own_context`).
+    checkpoints : Checkpoints, optional
+        Go on from one, and make them while it runs.
+    patience_s : float
+        Seconds that a node may take over one message; longer, and it hangs (see `watchdog`).
+
+    Raises
+    ------
+    BadInput
+        From a node, when it is made or in a callback; or another graph has the names of this one.
+    NodeFailed
+        A callback did not come back, and was interrupted.
+    """
+    keep_freed_memory()
+    with (
+        own_context(reach) as context,
+        threadpool_limits(1),  # BLAS threads wait for each other longer than our products take
+        ExitStack() as stack,
+        stop_on_signals() as stop,
+    ):
+        names = [spec.name for spec in (source, *nodes)]
+        stack.enter_context(alone_on_their_names(context, reach, namespace, names))
+        executor = SingleThreadedExecutor(context=context)
+        stack.callback(executor.shutdown)
+        made: list[Node] = []
+        for spec in (source, *nodes):
+            node = spec.make(context=context, namespace=namespace)
+            stack.callback(node.destroy_node)
+            executor.add_node(node)
+            made.append(node)
+        spent_s = {spec.name: 0.0 for spec in (source, *nodes)}
+        watch = stack.enter_context(watchdog(patience_s))
+        return _run(executor, made, progress, stop, spent_s, checkpoints, watch)
+
+
+def _run(
+    executor: SingleThreadedExecutor,
+    nodes: list[Node],
+    progress: Progress | None,
+    stop: threading.Event,
+    spent_s: dict[str, float],
+    checkpoints: Checkpoints | None,
+    watch: Watch,
+) -> RunResult:
+    source = nodes[0]
+    if not isinstance(source, SourceNode):
+        raise TypeError(f"{source.get_name()} is not a source of pictures")
+
+    goes_on = until_stopped(source, stop)
+
+    def keep_on() -> bool:
+        if progress is not None:
+            progress(source.sent, source.expected)
+        if checkpoints is not None:
+            checkpoints.between_frames()
+        return goes_on()
+
+    drain(executor, spent_s, watch)  # what nodes have published as they were made
+    if checkpoints is not None:
+        checkpoints.begin(nodes, goes_on)
+    earlier = source.sent
+    began_s = time.perf_counter()
+    ended = spin_source(executor, source, keep_on, heed_window=False, spent_s=spent_s, watch=watch)
+    drain(executor, spent_s, watch)
+    if checkpoints is not None and not ended:
+        checkpoints.save()
+    keep_on()
+    elapsed_s = time.perf_counter() - began_s
+    late = [node for node in nodes if not getattr(node, "done", True)]
+    missing = "; ".join(
+        getattr(node, "missing", f"{node.get_name()} has not ended") for node in late
+    )
+    return RunResult(
+        frames=source.sent,
+        earlier=earlier,
+        complete=ended and not late,
+        interrupted=not ended,
+        missing=missing,
+        elapsed_s=elapsed_s,
+        spent_s=spent_s,
+        counts=source.counts(),
+        ended_early=source.ended_early,
+    )

@@ -1,0 +1,1 @@
+"""Results directories: where they may be, and how nothing in them is lost."""

@@ -1,0 +1,1 @@
+"""What the nodes send becomes tables, sums, a summary and a bag."""

@@ -1,0 +1,294 @@
+"""Node `recorder`: takes every result topic and writes the tables, the summary and a bag."""
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import UInt64
+
+from worm_bringup.recorder.recording import Recording
+from worm_bringup.recorder.result_bag import ResultBag
+from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
+from worm_msgs_py.errors import BadInput, MalformedMessage
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.ledger import read_announcement
+from worm_msgs_py.ros.qos import FLOW
+from worm_msgs_py.ros.running import run_alone
+from worm_msgs_py.ros.worm_node import WormNode
+
+Journal = list[tuple[str, bytes]]
+"""Messages in the order in which they came: the topic, and the message serialised."""
+
+
+class RecorderNode(WormNode):
+    """Writes the results of one trial into a directory.
+
+    Parameters (read once)
+    ----------------------
+    out : str
+        An existing, empty directory.
+    expect : list of str
+        Nodes whose announcement it waits for.
+    provenance : str
+        JSON object that goes into the summary as it is.
+
+    Its state is what it was sent: `journal` is a list where the messages are to be kept that have
+    come since it was last emptied, and `take_again` takes them anew, to the same files.
+
+    Raises
+    ------
+    BadInput
+        `out` is not an existing, empty directory.
+    """
+
+    def __init__(self, **node_arguments: Any):
+        super().__init__("recorder", **node_arguments)
+        out = _empty_directory(self.read_parameter("out", "", "an existing, empty directory"))
+        self._expected = set(
+            self.read_parameter(
+                "expect",
+                ["image_source", "tracker", "analysis", "model"],
+                "nodes that announce their end",
+            )
+        )
+        self._provenance = json.loads(
+            self.read_parameter("provenance", "{}", "JSON object for the summary")
+        )
+        self._bag_dropped = False
+        with _told_in_a_line():
+            self._recording = Recording(out)
+            self._bag = ResultBag(out / "bag")
+        self._stamp_ns = 0
+        self._received: Counter[str] = Counter()
+        self._announced: dict[str, dict[str, int]] = {}
+        self._ignored_by: list[dict[str, int]] = []
+        self._frames: int | None = None
+        self._done = False
+        self.journal: Journal | None = None
+        for topic, (kind, qos) in RESULTS.items():
+            alone = topic != topics.SOURCE_EVENTS  # which the tracker has a part in
+            take = partial(self._take, topic, kind)
+            self.create_subscription(kind, topic, take, qos, in_sequence=alone, raw=True)
+        self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
+        self.create_subscription(
+            DiagnosticStatus, topics.FLOW_FINISHED, self._on_announcement, FLOW
+        )
+        self._progress = self.create_publisher(UInt64, topics.FLOW_RECORDED, FLOW)
+        self._readers = self._make_readers()
+
+    @property
+    def done(self) -> bool:
+        """Whether every message that was announced has come and the files are written."""
+        return self._done
+
+    @property
+    def missing(self) -> str:
+        """What is still to come, for people."""
+        parts = []
+        if self._frames is None:
+            parts.append("the source has not ended")
+        elif self._recording.rows != self._frames:
+            parts.append(f"{self._recording.rows} of {self._frames} frames are recorded")
+        silent = sorted(self._expected - set(self._announced))
+        parts += [f"{name} has not finished" for name in silent]
+        parts += [
+            f"{_senders(self._announced, topic)} sent {count} on {topic}, "
+            f"{self._received[topic]} came"
+            for topic, count in self._sent().items()
+            if self._received[topic] < count
+        ]
+        return "; ".join(parts)
+
+    def _sent(self) -> Counter[str]:
+        """Return how many messages were announced on each topic."""
+        sent: Counter[str] = Counter()  # two nodes may tell of the source on one topic
+        for counts in self._announced.values():
+            sent.update(counts)
+        return sent
+
+    def destroy_node(self) -> None:
+        """Close the files, whole or not: without a summary nobody takes them for whole."""
+        if not self._done:
+            with suppress(OSError):  # the disk that was full is still full
+                self._recording.close()
+            with suppress(OSError):
+                self._bag.close()
+        super().destroy_node()
+
+    def take_again(self, journal: Journal) -> None:
+        """Take messages of an earlier run, in their order, before those of this one."""
+        for topic, data in journal:
+            self._take(topic, RESULTS[topic][0], data)
+
+    def _make_readers(self) -> dict[str, Callable[[Any], None]]:
+        recording, trial = self._recording, self._recording.trial
+
+        def keep(name: str, read: Callable[[Any], Any]) -> Callable[[Any], None]:
+            return lambda msg: setattr(trial, name, read(msg))
+
+        return {
+            topics.WORM_STATE: self._on_state,
+            topics.WORM_MIDLINE: lambda msg: recording.add_midline(convert.midline_from_msg(msg)),
+            topics.ANALYSIS_STATE: self._on_observables,
+            topics.ANALYSIS_EVENTS: lambda msg: recording.add_events(convert.events_from_msg(msg)),
+            topics.CHAMBER_GEOMETRY: lambda msg: trial.take_geometry(
+                convert.geometry_from_msg(msg)
+            ),
+            topics.ANALYSIS_SUMMARY: keep("quantities", convert.quantities_from_msg),
+            topics.ANALYSIS_SUMS: lambda msg: trial.sums.update([convert.sums_from_msg(msg)]),
+            topics.ANALYSIS_CORRELATION: keep("correlation", convert.correlation_from_msg),
+            topics.MODEL_COMPARISON: keep("comparison", convert.comparison_from_msg),
+            topics.MODEL_CORRELATION: keep("model_correlation", convert.correlation_from_msg),
+            topics.SOURCE_EVENTS: lambda msg: trial.source_events.extend(
+                convert.source_events_from_msg(msg)
+            ),
+        }
+
+    def _take(self, topic: str, kind: type, data: bytes) -> None:
+        with _told_in_a_line():
+            self._write(topic, kind, data)
+
+    def _write(self, topic: str, kind: type, data: bytes) -> None:
+        before = self._recording.rows
+        reader = self._readers.get(topic)
+        if reader is not None:
+            reader(_deserialised(data, kind))
+        self._received[topic] += 1
+        if self._recording.rows != before:
+            self._progress.publish(convert.count_to_msg(self._recording.rows))
+        try:
+            self._bag.write(topic, self._stamp_ns, data)
+        except OSError as error:
+            self._drop_bag(error)
+        if self._recording.waiting:
+            self._make_room(self._recording.commit)
+        if self.journal is not None:
+            self.journal.append((topic, data))
+        self._finish_if_whole()
+
+    def _on_state(self, msg: Any) -> None:
+        state = convert.body_state_from_msg(msg)
+        self._check_turn(topics.WORM_STATE, state.frame)
+        self._stamp_ns = state.stamp_ns
+        self._recording.add_state(state)
+
+    def _on_observables(self, msg: Any) -> None:
+        observables = convert.observables_from_msg(msg)
+        self._check_turn(topics.ANALYSIS_STATE, observables.frame)
+        self._recording.add_observables(observables)
+
+    def _check_turn(self, topic: str, frame: int) -> None:
+        if frame != self._received[topic]:
+            due = self._received[topic]
+            raise MalformedMessage(f"frame {frame} comes where frame {due} is due")
+
+    def _on_end(self, msg: UInt64) -> None:
+        frames = convert.count_from_msg(msg)
+        if frames < self._recording.rows or self._done:
+            raise MalformedMessage(f"the end after {frames} frames")
+        self._frames = frames
+        self._finish_if_whole()
+
+    def _on_announcement(self, msg: DiagnosticStatus) -> None:
+        said = read_announcement(msg)
+        if said.name in self._announced or said.name not in self._expected:
+            raise MalformedMessage(f"{said.name} is not waited for")
+        self._announced[said.name] = said.sent
+        self._ignored_by.append(said.ignored)
+        self._finish_if_whole()
+
+    def _finish_if_whole(self) -> None:
+        if self._done or self._frames is None or self.missing:
+            return
+        with _told_in_a_line():
+            self._finish()
+
+    def _finish(self) -> None:
+        assert self._frames is not None
+        self._recording.trial.frames_read = self._frames
+        self._recording.trial.ignored_messages = self._all_ignored()
+        try:
+            self._bag.close()
+        except OSError as error:
+            self._drop_bag(error)
+        if self._frames:  # a trial without one frame has no results
+            finish = partial(self._recording.finish, self._provenance)
+            self._make_room(finish)  # last: where the summary is, all is
+        self._done = True
+
+    def _all_ignored(self) -> dict[str, int]:
+        """Return the messages that were ignored by topic; several nodes may have seen the same."""
+        # More than was announced is not ours, whichever of them it is.
+        surplus = Counter(self._received)
+        surplus.subtract(self._sent())
+        ignored_here = self.ignored + surplus  # adding leaves out what is not above zero
+        counts = [*self._ignored_by, ignored_here]
+        names = sorted({topic for ignored in counts for topic in ignored})
+        return {name: max(ignored.get(name, 0) for ignored in counts) for name in names}
+
+    def _make_room(self, write: Callable[[], None]) -> None:
+        """Write; where the disk is full, once more without the bag."""
+        try:
+            write()
+        except OSError as error:
+            if self._bag_dropped:
+                raise
+            self._drop_bag(error)
+            write()
+
+    def _drop_bag(self, error: OSError) -> None:
+        """Leave the bag out of the results, and say so in them."""
+        self._bag_dropped = True
+        self._bag.drop()
+        why = f"bag/ is left out of the results: {error.strerror}"
+        self._recording.trial.source_events.append(
+            SourceEvent(SourceEventKind.RECORD_STOPPED, self._recording.rows, self._stamp_ns, why)
+        )
+
+
+def _deserialised(data: bytes, kind: type) -> Any:
+    try:
+        return deserialize_message(data, kind)
+    except RuntimeError as error:  # rclpy's RMWError
+        raise MalformedMessage(str(error)) from None
+
+
+def _senders(announced: dict[str, dict[str, int]], topic: str) -> str:
+    return " and ".join(name for name, counts in announced.items() if topic in counts)
+
+
+@contextmanager
+def _told_in_a_line() -> Iterator[None]:
+    """Let a full disk be one line, also from a process of its own."""
+    try:
+        yield
+    except OSError as error:
+        why = error.strerror or " ".join(str(error).split())
+        raise BadInput(
+            f"the results cannot be written ({why}): make room, or choose another --out"
+        ) from error
+
+
+def _empty_directory(out: str) -> Path:
+    if not out or not Path(out).is_dir() or any(Path(out).iterdir()):
+        raise BadInput(
+            f"recorder: {out or 'no directory'}: set the parameter `out` to an existing, empty "
+            "directory"
+        )
+    return Path(out)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node alone."""
+    return run_alone(RecorderNode, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

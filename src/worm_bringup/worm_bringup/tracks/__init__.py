@@ -1,0 +1,1 @@
+"""Tracks that another tracker made, analysed without a graph."""

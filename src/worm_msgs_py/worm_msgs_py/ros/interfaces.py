@@ -1,0 +1,32 @@
+"""Type and quality of service of every result topic: what a recorder or a monitor subscribes to."""
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import JointState, PointCloud2
+from std_msgs.msg import Float64MultiArray
+from trajectory_msgs.msg import JointTrajectory
+from visualization_msgs.msg import MarkerArray
+
+from worm_msgs_py import topics
+from worm_msgs_py.ros.qos import LATCHED, LATCHED_SET, RESULT
+
+RESULTS: dict[str, tuple[type, QoSProfile]] = {
+    topics.CHAMBER: (MarkerArray, LATCHED),
+    topics.CHAMBER_GEOMETRY: (JointState, LATCHED),
+    topics.WORM_STATE: (JointState, RESULT),
+    topics.WORM_HEAD: (PoseStamped, RESULT),
+    topics.WORM_CENTROID: (PoseStamped, RESULT),
+    topics.WORM_TAIL: (PoseStamped, RESULT),
+    topics.WORM_MIDLINE: (PointCloud2, RESULT),
+    topics.ANALYSIS_STATE: (JointState, RESULT),
+    topics.ANALYSIS_EVENTS: (DiagnosticArray, RESULT),
+    topics.ANALYSIS_CORRELATION: (JointTrajectory, LATCHED),
+    topics.ANALYSIS_DISTRIBUTIONS: (Float64MultiArray, LATCHED_SET),
+    topics.ANALYSIS_SUMMARY: (DiagnosticArray, LATCHED),
+    topics.ANALYSIS_SUMS: (Float64MultiArray, RESULT),
+    topics.MODEL_FORECAST: (JointState, RESULT),
+    topics.MODEL_COMPARISON: (JointState, LATCHED),
+    topics.MODEL_CORRELATION: (JointTrajectory, LATCHED),
+    topics.SOURCE_EVENTS: (DiagnosticArray, RESULT),
+}

@@ -1,0 +1,1 @@
+"""Where pictures come from: cameras, bags and films, and the nodes that send them."""

@@ -1,0 +1,1 @@
+"""Bags: read, checked, recorded, and what is left of damaged ones."""

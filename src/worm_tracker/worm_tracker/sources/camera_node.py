@@ -1,0 +1,262 @@
+"""Node `image_source`: sends the latest frame of a camera each time the tracker is free for it."""
+
+import math
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import Image
+
+from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
+from worm_msgs_py.ros.qos import IMAGE_REPLAY
+from worm_tracker.sources.cameras.camera import Camera, CapturedFrame, Outage
+from worm_tracker.sources.cameras.camera_address import Kind, shown_address
+from worm_tracker.sources.cameras.live_record import LiveRecord
+from worm_tracker.sources.source_node import SourceNode, run_alone
+
+RECONNECT = Limit(0.0, 86400.0, "s")
+SECONDS = Limit(1e-3, 3600.0, "s")
+
+
+class CameraNode(SourceNode):
+    """Publishes grey pictures (`mono8`) on `image_raw`, stamped at capture.
+
+    The tracker never queues: the next picture goes out when it has taken the one before, and it is
+    the newest one. What was captured in between is skipped, and counted on `/diagnostics`.
+
+    An outage is told at once in the log and on `/diagnostics`, and on `source/events` when it is
+    over. A camera that is lost for good ends the stream, with an event that says so.
+
+    Parameters (read once)
+    ----------------------
+    camera : str
+        A V4L2 device, an HTTP (MJPEG) or RTSP address, or a video file (see `Camera`). What ROS
+        shows of it has no password: parameters can be read by every node.
+    record : str
+        Directory into which every picture that is sent is recorded; empty: none. Its replay gives
+        the same frames with the same stamps, and so the same results.
+    reconnect : float
+        Seconds for which a device or stream that has stopped is opened anew.
+    reconnect_delay, stall : float
+        Seconds before the first attempt, and without a frame until it has stopped.
+
+    Raises
+    ------
+    BadInput
+        The camera cannot be opened, or the record cannot be written.
+    """
+
+    endless = True
+
+    def __init__(self, **node_arguments: Any) -> None:
+        super().__init__(**node_arguments)
+        self._camera: Camera | None = None
+        self._record: LiveRecord | None = None
+        self._outage_said = False
+        self._shape: tuple[int, ...] | None = None
+        self._last_shape: tuple[int, ...] | None = None
+        self._last_ns = 0
+        try:
+            self._declare()
+        except BaseException:
+            self.destroy_node()
+            raise
+
+    def _declare(self) -> None:
+        parameter = self.read_parameter
+        address = self._read_address()
+        record = parameter("record", "", "directory for what is sent; empty: none")
+        self._reconnect_s = parameter(
+            "reconnect", 600.0, "seconds to look for a lost camera", RECONNECT
+        )
+        delay_s = parameter("reconnect_delay", 0.5, "seconds before the first attempt", SECONDS)
+        self._stall_s = parameter(
+            "stall", 5.0, "seconds without a frame: the stream has stopped", SECONDS
+        )
+        self.window = 1
+        self._publisher = self.create_publisher(Image, topics.IMAGE, IMAGE_REPLAY)
+        wake = self.create_guard_condition(lambda: None)
+        camera = self._camera = Camera(
+            address,
+            reconnect_s=self._reconnect_s,
+            reconnect_delay_s=delay_s,
+            stall_s=self._stall_s,
+            on_change=wake.trigger,
+        )
+        if record:
+            self._record = LiveRecord(Path(record), self._publisher.topic_name)
+        if camera.kind is Kind.FILE:
+            self.get_logger().info(
+                f"{camera.shown_address}: frames are stamped with the container's own times "
+                f"({camera.fps:g} frames/s on average), which need not be those of filming"
+            )
+        camera.start()
+
+    def _read_address(self) -> str:
+        """Return the camera's address; declare the parameter without its password."""
+        given = self._parameter_overrides.get("camera")
+        address = str(given.value) if given is not None else ""
+        about = ParameterDescriptor(description="device, address or video file", read_only=True)
+        self.declare_parameter("camera", shown_address(address), about, ignore_override=True)
+        if not address:
+            raise BadInput("no camera was given; set the parameter `camera`")
+        return address
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether somebody subscribes to the pictures."""
+        return bool(self._publisher.get_subscription_count() > 0)
+
+    @property
+    def window_is_open(self) -> bool:
+        """Whether the tracker has taken what was sent; how far the recorder is does not matter."""
+        return self.taken_by_tracker
+
+    def wait_s(self) -> float:
+        """Return 0 where there is a picture, or the end, to send; infinity otherwise."""
+        assert self._camera is not None
+        self._say_outage(self._camera.outage)
+        return 0.0 if self._camera.waiting or self._camera.ended else math.inf
+
+    def publish_next(self) -> bool:
+        """Publish the newest picture; at the end say so and return False."""
+        assert self._camera is not None
+        ended = self._camera.ended  # asked first: a last frame may come between
+        frame = self._camera.take()
+        for outage in self._camera.take_outages():
+            self._tell_outage(outage)
+        if frame is None:
+            if ended:
+                self._end()
+            return not ended
+        self._look_at_size(frame)
+        raw = serialize_message(convert.picture_to_msg(frame.picture, frame.stamp_ns))
+        if self._record is not None:
+            self._say_of_record(self._record.write(frame.stamp_ns, raw), frame.stamp_ns)
+        self.sent += 1
+        self._last_ns = frame.stamp_ns
+        self._publisher.publish(raw)
+        return True
+
+    def end_now(self) -> None:
+        """End the stream in good order: what was sent is a whole, if shorter, recording."""
+        assert self._camera is not None
+        outage = self._camera.outage
+        self._camera.stop()
+        if outage is not None and self.sent:
+            self._tell_outage(outage, "the trial was ended before it came back")
+
+    def counts(self) -> dict[str, str]:
+        """Return what `/diagnostics` shows of this source."""
+        assert self._camera is not None
+        counts = asdict(self._camera.counts)
+        age_s = counts.pop("age_s")
+        shown = {f"frames {name}": str(value) for name, value in counts.items()}
+        shown["reconnections"] = shown.pop("frames reconnections")
+        if self._record is not None:
+            shown |= self._record.counts()
+        return {**super().counts(), **shown, "age of last frame (s)": f"{age_s:.3f}"}
+
+    def complaint(self) -> str:
+        """Return what is wrong with the camera or its record, empty where nothing is."""
+        assert self._camera is not None
+        outage = None if self._camera.ended else self._camera.outage
+        if outage is not None:
+            return self._lost_line(outage)
+        return self._record.complaint if self._record is not None else ""
+
+    def _lost_line(self, outage: Outage) -> str:
+        assert self._camera is not None
+        return (
+            f"no frame has come from {self._camera.shown_address} for {outage.duration_s:.1f} s; "
+            f"it is looked for until {self._reconnect_s:g} s have passed"
+        )
+
+    def _say_outage(self, outage: Outage | None) -> None:
+        """Say in the log that the camera is lost, once."""
+        assert self._camera is not None
+        if outage is not None and not self._outage_said and not self._camera.ended:
+            self._outage_said = True
+            self.get_logger().warning(self._lost_line(outage))
+            self.report(at_once=True)
+
+    def _tell_outage(self, outage: Outage, end: str = "it came back") -> None:
+        """Tell of an outage that is over."""
+        assert self._camera is not None
+        why = f"no frame from {self._camera.shown_address} for {outage.duration_s:.1f} s; {end}"
+        event = SourceEvent(
+            SourceEventKind.OUTAGE,
+            self.sent,
+            outage.since_ns,
+            why,
+            outage.duration_s,
+            outage.reconnections,
+        )
+        self._outage_said = False
+        self.get_logger().warning(f"{why} ({outage.reconnections} attempts to reconnect)")
+        self._tell(event)
+
+    def _look_at_size(self, frame: CapturedFrame) -> None:
+        """Tell where the camera sends pictures of another size: the tracker cannot use them."""
+        shape = frame.picture.shape
+        self._shape = self._shape or shape
+        if shape not in (self._shape, self._last_shape):
+            why = (
+                f"from frame {self.sent} on pictures are of {shape[1]} × {shape[0]} pixels; a "
+                f"trial has one size, {self._shape[1]} × {self._shape[0]}: the others are bad_image"
+            )
+            self.get_logger().warning(why)
+            self._tell(
+                SourceEvent(SourceEventKind.BAD_MESSAGE, self.sent, frame.stamp_ns, why, count=1)
+            )
+        self._last_shape = shape
+
+    def _say_of_record(self, stopped: str, stamp_ns: int) -> None:
+        """Say what the record has to say: a disk that runs full, or its end."""
+        assert self._record is not None
+        for line in self._record.take_warnings():
+            self.get_logger().warning(line)
+        if stopped:
+            event = SourceEvent(
+                SourceEventKind.RECORD_STOPPED,
+                self.sent,
+                stamp_ns,
+                stopped,
+                count=self._record.count,
+            )
+            self._tell(event)
+
+    def _end(self) -> None:
+        assert self._camera is not None
+        why = self._camera.why_lost
+        if self.sent == 0:
+            why = f"no frame has come from {self._camera.shown_address}"
+        elif why:
+            self.get_logger().error(f"the camera is lost: {why}")
+        if why and not self._ended:
+            self._tell(SourceEvent(SourceEventKind.ENDED_EARLY, self.sent, self._last_ns, why))
+        if self._record is not None:
+            self._say_of_record(self._record.close(), self._last_ns)
+        self._announce_end()
+
+    def destroy_node(self) -> None:
+        """Let go of the camera and close the record."""
+        if self._camera is not None:
+            self._camera.stop()
+        if self._record is not None:
+            self._record.close()
+        super().destroy_node()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node alone."""
+    return run_alone(CameraNode, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Cameras: captured from, looked for when lost, and their record."""

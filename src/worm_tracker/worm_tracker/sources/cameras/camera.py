@@ -1,0 +1,283 @@
+"""Captures from a camera, an address or a video file in real time; the latest frame wins."""
+
+import atexit
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_msgs_py.errors import BadInput
+from worm_tracker.sources.cameras.camera_address import HIDDEN, Kind, kind_of, shown_address
+from worm_tracker.sources.cameras.capture import OPEN_TIMEOUT_S, grey, open_capture
+from worm_tracker.sources.cameras.film_pace import FilmPace
+from worm_tracker.sources.cameras.steady_clock import SteadyClock
+
+LONGEST_PAUSE_S = 5.0
+"""Pauses between attempts to reconnect double up to this."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CapturedFrame:
+    """One frame: grey, shape (h, w) uint8, and when it was captured, nanoseconds since 1970."""
+
+    picture: NDArray[np.uint8]
+    stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outage:
+    """A time without frames: when the last one before it was captured, how long, and attempts."""
+
+    since_ns: int
+    duration_s: float
+    reconnections: int
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureCounts:
+    """What became of the frames; ``captured == taken + skipped + waiting`` at any time.
+
+    `age_s` is the time since the last capture, NaN before the first.
+    """
+
+    captured: int
+    taken: int
+    skipped: int
+    waiting: int
+    reconnections: int
+    age_s: float
+
+
+class Camera:
+    """Captures in a thread of its own into a box that holds one frame.
+
+    A frame that nobody has taken when the next one comes is overwritten, and counted. So whoever
+    takes frames gets the newest one and no queue builds up before it.
+
+    Parameters
+    ----------
+    address : str
+        A V4L2 device (``/dev/video0`` or ``0``), an HTTP (MJPEG) or RTSP address, or a video file,
+        which is played at the pace that its container gives.
+    reconnect_s : float
+        How long a device or stream that has stopped is opened anew before it counts as lost.
+    reconnect_delay_s : float
+        Pause before the first of these attempts; it doubles up to `LONGEST_PAUSE_S`.
+    stall_s : float
+        What gives nothing for so long has stopped.
+    on_change : callable, optional
+        Called from the capturing thread when a frame has come, and when capturing has stopped,
+        goes on or has ended.
+
+    Raises
+    ------
+    BadInput
+        No such camera, it cannot be opened, or a video that does not tell its frame rate.
+
+    Notes
+    -----
+    Frames are stamped as `grab` returns with a `SteadyClock`, and never less than a nanosecond
+    after the one before. The first few frames of a stream are captured while it is being probed
+    and bear the time at which probing ended. Frames of a file bear the time at which it was
+    started plus their own time in it.
+    """
+
+    def __init__(
+        self,
+        address: str,
+        *,
+        reconnect_s: float = 600.0,
+        reconnect_delay_s: float = 0.5,
+        stall_s: float = 5.0,
+        on_change: Callable[[], None] | None = None,
+    ) -> None:
+        self.shown_address = shown_address(address)
+        self.kind = kind_of(address)
+        self.why_lost = ""
+        self._address = address
+        self._reconnect_s, self._reconnect_delay_s = reconnect_s, reconnect_delay_s
+        self._stall_s = stall_s
+        self._on_change = on_change or (lambda: None)
+        self._lock = threading.Lock()
+        self._stop = threading.Event()
+        self._box: CapturedFrame | None = None
+        self._captured = self._taken = self._skipped = self._reconnections = 0
+        self._attempts = 0  # to reconnect, since the last frame
+        self._outages: deque[Outage] = deque()
+        self._stopped = self._ended = False
+        self._failure: Exception | None = None
+        self._clock = SteadyClock()
+        self._last_ns = self._began_ns = self._clock.now_ns()
+        self._capture = self._open()
+        if self._capture is None:
+            raise BadInput(
+                f"{self.shown_address}: the {self.kind.value} cannot be opened; {self._hint()}"
+            )
+        self.fps = float(self._capture.get(cv2.CAP_PROP_FPS))
+        if self.kind is Kind.FILE and not (math.isfinite(self.fps) and self.fps > 0):
+            raise BadInput(
+                f"{address}: the video does not tell its frame rate; "
+                f"turn it into a bag with `worm import {address} --out BAG`"
+            )
+        self.pace = FilmPace(self.fps) if self.kind is Kind.FILE else None
+        self._thread = threading.Thread(target=self._run, name="capture", daemon=True)
+
+    def _hint(self) -> str:
+        if self.shown_address.endswith(f"://{HIDDEN}"):
+            return "write @, /, ? and # in a password as %40, %2F, %3F and %23"
+        return _HINTS[self.kind]
+
+    def start(self) -> None:
+        """Begin to capture."""
+        self._last_ns = self._began_ns = self._clock.now_ns()
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End capturing; a frame that waits can still be taken."""
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join(timeout=1.0)
+        if self._thread.is_alive():
+            # A dead stream holds it for longer, and it may not wake up in a dying interpreter.
+            atexit.register(self._thread.join, OPEN_TIMEOUT_S + self._stall_s)
+        self._ended = True
+
+    def take(self) -> CapturedFrame | None:
+        """Return the newest frame that was not taken yet, or None; raise what ended the capture."""
+        with self._lock:
+            frame, self._box = self._box, None
+            self._taken += frame is not None
+        if frame is None and self._failure is not None:
+            raise self._failure
+        return frame
+
+    def take_outages(self) -> list[Outage]:
+        """Return the outages that have ended since the last time."""
+        with self._lock:
+            ended = list(self._outages)
+            self._outages.clear()
+        return ended
+
+    @property
+    def waiting(self) -> bool:
+        """Whether there is a frame to take."""
+        return self._box is not None
+
+    @property
+    def ended(self) -> bool:
+        """Whether no frame will come any more."""
+        limit_s = self._stall_s + self._reconnect_s + OPEN_TIMEOUT_S + LONGEST_PAUSE_S
+        if not self._ended and self.kind is not Kind.FILE and self.silent_s > limit_s:
+            self._give_up()  # the capturing thread hangs in a read that does not end
+            self._stop.set()
+            self._ended = True
+        return self._ended
+
+    @property
+    def silent_s(self) -> float:
+        """Seconds since the last frame, or since the start."""
+        return (self._clock.now_ns() - self._last_ns) / 1e9
+
+    @property
+    def outage(self) -> Outage | None:
+        """The outage that goes on now; None where frames come."""
+        if self.kind is Kind.FILE or not (self._stopped or self.silent_s > self._stall_s):
+            return None
+        return Outage(self._last_ns, self.silent_s, self._attempts)
+
+    @property
+    def counts(self) -> CaptureCounts:
+        """What became of the frames so far."""
+        with self._lock:
+            return CaptureCounts(
+                self._captured,
+                self._taken,
+                self._skipped,
+                int(self._box is not None),
+                self._reconnections,
+                self.silent_s if self._captured else math.nan,
+            )
+
+    def _open(self) -> Any | None:
+        return open_capture(self._address, self.kind, self._stall_s)
+
+    def _run(self) -> None:
+        try:
+            self._capture_all()
+        except Exception as error:  # it must come out where frames are taken, not die here
+            self._failure = error
+        finally:
+            self._ended = True
+            self._on_change()
+
+    def _capture_all(self) -> None:
+        while not self._stop.is_set():
+            if self._capture is not None and self._capture.grab():
+                stamp_ns = max(self._due_ns(), self._last_ns + 1)
+                done, picture = self._capture.retrieve()
+                if done and not self._stop.is_set():
+                    self._put(CapturedFrame(grey(picture), stamp_ns))
+            elif self.kind is Kind.FILE or not self._reconnect():
+                return
+
+    def _due_ns(self) -> int:
+        """Return the stamp of the frame that was grabbed; wait for it where it is of a file."""
+        if self.pace is None or self._capture is None:
+            return self._clock.now_ns()
+        container_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
+        due_ns = self._began_ns + round(1e9 * self.pace.due_s(container_s))
+        self._stop.wait(max(0.0, (due_ns - self._clock.now_ns()) / 1e9))
+        return due_ns
+
+    def _put(self, frame: CapturedFrame) -> None:
+        with self._lock:
+            silent_s = (frame.stamp_ns - self._last_ns) / 1e9
+            if self._stopped or (self.kind is not Kind.FILE and silent_s > self._stall_s):
+                self._outages.append(Outage(self._last_ns, silent_s, self._attempts))
+            self._stopped = False
+            self._skipped += self._box is not None
+            self._box = frame
+            self._captured += 1
+            self._attempts = 0
+            self._last_ns = frame.stamp_ns
+        self._on_change()
+
+    def _reconnect(self) -> bool:
+        """Try once to open anew what has stopped, after a pause; return False to give up."""
+        if self._capture is not None:
+            self._capture.release()
+        self._capture = None
+        if not self._stopped:
+            self._stopped, self._stopped_s = True, time.monotonic()
+            self._on_change()
+        left_s = self._stopped_s + self._reconnect_s - time.monotonic()
+        if left_s <= 0.0:
+            self._give_up()
+            return False
+        pause_s = self._reconnect_delay_s * 2.0 ** min(self._attempts, 10)
+        if self._stop.wait(min(pause_s, LONGEST_PAUSE_S, left_s)):
+            return False
+        self._attempts += 1
+        self._capture = self._open()
+        self._reconnections += self._capture is not None
+        return True
+
+    def _give_up(self) -> None:
+        self.why_lost = (
+            f"no frame has come from {self.shown_address} for {self.silent_s:.0f} s "
+            f"({self._attempts} attempts to reconnect)"
+        )
+
+
+_HINTS = {
+    Kind.DEVICE: "is it plugged in, free, and may you read it?",
+    Kind.STREAM: "does its address open in a browser or a player?",
+    Kind.FILE: "is it a video?",
+}

@@ -1,0 +1,233 @@
+"""Node `image_source`: plays a bag's pictures, every one, as fast as the graph can take them."""
+
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import CompressedImage, Image
+from std_srvs.srv import Trigger
+
+from worm_msgs_py import SourceEvent, topics
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
+from worm_msgs_py.ros.qos import IMAGE_REPLAY
+from worm_tracker.sources.bags.bad_messages import BadMessages
+from worm_tracker.sources.bags.bag_reader import BagPicture, BagPictures
+from worm_tracker.sources.bags.scan.decompression import CHUNK_MIB, MAX_CHUNK_MIB
+from worm_tracker.sources.image_decoder import IMAGE_TYPE, MAX_MEGAPIXELS, MEGAPIXELS
+from worm_tracker.sources.playback import PLAYBACK, RATE, START_OFFSET, Playback, in_a_loop
+from worm_tracker.sources.source_node import SourceNode, run_alone
+
+
+class ReplayNode(SourceNode):
+    """Plays the pictures of a bag on `image_raw`, or `image_raw/compressed`, byte for byte.
+
+    Parameters (read once; the words are those of the rosbag2 player)
+    ----------------------------------------------------------------
+    bag : str
+        A rosbag2 directory, an .mcap file or a .db3 file.
+    topic : str
+        The bag's topic of pictures; empty: the only one.
+    rate : float
+        1.0 is real time; 0.0 (the default) is as fast as the graph can take it.
+    loop : bool
+        Begin again at the end, until a signal; stamps go on growing.
+    start_offset, playback_duration : float
+        Seconds of recording to leave out, and to play; a duration of -1.0 plays to the end.
+    start_paused : bool
+        Wait for `~/resume` or `~/play_next`.
+    salvage : bool
+        Go over what is damaged in the bag and say what was lost, instead of refusing it.
+    max_chunk_mib, max_megapixels : float
+        Largest piece of the bag, decompressed, and largest picture that are read.
+    window : int
+        Frames in flight between processes; 0: wait for nobody (a graph without a tracker).
+
+    Services
+    --------
+    `~/pause`, `~/resume`, `~/toggle_paused`, `~/is_paused` (its `success` is the answer),
+    `~/play_next`. They are named as rosbag2's, and are `std_srvs/Trigger`: `rosbag2_interfaces`
+    has no wheel. No standard service carries a number, so there is no `~/set_rate` and no `~/seek`.
+
+    Raises
+    ------
+    BadInput
+        As `BagPictures`, before anything is published.
+    """
+
+    STATE = (*SourceNode.STATE, "_bad", "_last_ns", "_losses_told")
+
+    def __init__(self, **node_arguments: Any) -> None:
+        super().__init__(**node_arguments)
+        try:
+            self._declare()
+            self._create_services()
+        except BaseException:
+            self.destroy_node()
+            raise
+
+    def _declare(self) -> None:
+        parameter = self.read_parameter
+        bag = parameter("bag", Parameter.Type.STRING, "rosbag2 directory, .mcap or .db3 file")
+        topic = parameter("topic", "", "topic of the pictures; empty: the only one")
+        rate = parameter("rate", 0.0, "1.0 is real time, 0.0 as fast as can be", RATE)
+        loop = parameter("loop", False, "begin again at the end")
+        offset_s = parameter("start_offset", 0.0, "seconds to leave out", START_OFFSET)
+        duration_s = parameter(
+            "playback_duration", -1.0, "seconds to play; -1.0: to the end", PLAYBACK, or_else=-1.0
+        )
+        paused = parameter("start_paused", False, "wait for ~/resume or ~/play_next")
+        salvage = parameter("salvage", False, "go over what is damaged, and say what was lost")
+        about = "MiB; the largest piece of the bag, decompressed, that is read"
+        chunk_mib = parameter("max_chunk_mib", MAX_CHUNK_MIB, about, CHUNK_MIB)
+        about = "larger pictures are bad ones"
+        megapixels = parameter("max_megapixels", MAX_MEGAPIXELS, about, MEGAPIXELS)
+        self.window = parameter(
+            "window", 8, "frames in flight between processes; 0: any number", Limit(0, 1000)
+        )
+        if not bag:
+            raise BadInput("no bag was given; set the parameter `bag`")
+        self._playback = Playback(rate, paused=paused)
+        self._bag = BagPictures(
+            Path(bag),
+            topic or None,
+            start_offset_s=offset_s,
+            playback_duration_s=duration_s if duration_s >= 0.0 else None,
+            salvage=salvage,
+            max_chunk_mib=chunk_mib,
+            max_megapixels=megapixels,
+        )
+        self._bad = BadMessages()
+        self.endless = loop
+        self.expected = None if loop else self._bag.expected
+        self._pictures: Iterator[BagPicture] = in_a_loop(self._bag) if loop else iter(self._bag)
+        self._next: BagPicture | None = next(self._pictures, None)
+        self._last_ns = self._losses_told = 0
+        kind, out = (
+            (Image, topics.IMAGE)
+            if self._bag.message_type == IMAGE_TYPE
+            else (CompressedImage, topics.IMAGE_COMPRESSED)
+        )
+        self._publisher = self.create_publisher(kind, out, IMAGE_REPLAY)
+
+    @property
+    def is_watched(self) -> bool:
+        """Whether somebody subscribes to the pictures."""
+        return bool(self._publisher.get_subscription_count() > 0)
+
+    def wait_s(self) -> float:
+        """Return the seconds until the next picture is due (`SourceNode.wait_s`)."""
+        if self._next is None:
+            return 0.0
+        return self._playback.wait_s(self._next.stamp_ns, time.monotonic())
+
+    def publish_next(self) -> bool:
+        """Publish the next picture whether due or not; at the end say so and return False."""
+        picture = self._next
+        if picture is None:
+            self._tell_losses(self._last_ns)
+            for event in self._bad.end():
+                self._tell(event)
+            self._announce_end()
+            return False
+        self._tell_losses(picture.stamp_ns)
+        self._tell_whether_bad(picture)
+        self._last_ns = picture.stamp_ns
+        self.sent += 1
+        self._publisher.publish(picture.raw)
+        self._playback.played(picture.stamp_ns, time.monotonic())
+        self._next = next(self._pictures, None)
+        return True
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go on with the picture after those that were sent."""
+        super().restore(state)
+        for _ in range(self.sent):
+            self._next = next(self._pictures, None)
+        for _ in range(self._losses_told):
+            self._bag.losses.popleft()
+
+    def _tell_losses(self, stamp_ns: int) -> None:
+        """Tell what was lost among the pictures that have been read."""
+        while self._bag.losses:
+            loss = self._bag.losses.popleft()
+            self._losses_told += 1
+            self._tell(SourceEvent(loss.kind, self.sent, stamp_ns, loss.why, count=loss.count))
+
+    def _tell_whether_bad(self, picture: BagPicture) -> None:
+        """Tell which messages cannot be read."""
+        if picture.why_bad:
+            events = self._bad.bad(self.sent, picture.stamp_ns, picture.why_bad)
+        else:
+            events = self._bad.good()
+        for event in events:
+            self._tell(event)
+
+    def end_now(self) -> None:
+        """End a loop where it is."""
+        self._pictures = iter(())
+        self._next = None
+
+    def pause(self) -> None:
+        """Stop playing."""
+        self._playback.pause(time.monotonic())
+
+    def resume(self) -> None:
+        """Go on playing."""
+        self._playback.resume(time.monotonic())
+
+    @property
+    def paused(self) -> bool:
+        """Whether the player waits for `resume` or `play_next`."""
+        return self._playback.paused
+
+    def play_next(self) -> bool:
+        """Let one picture through while paused; return whether there was one to let through."""
+        return self._next is not None and self._playback.play_next()
+
+    def destroy_node(self) -> None:
+        """Close the bag."""
+        if hasattr(self, "_bag"):
+            self._bag.close()
+        super().destroy_node()
+
+    def _create_services(self) -> None:
+        def serve(name: str, answer: Any) -> None:
+            def on_request(request: Trigger.Request, response: Trigger.Response) -> Any:
+                response.success, response.message = answer()
+                return response
+
+            self.create_service(Trigger, f"~/{name}", on_request)
+
+        def state() -> str:
+            return "paused" if self.paused else "playing"
+
+        def pause() -> tuple[bool, str]:
+            self.pause()
+            return True, state()
+
+        def resume() -> tuple[bool, str]:
+            self.resume()
+            return True, state()
+
+        def play_next() -> tuple[bool, str]:
+            let_through = self.play_next()
+            return let_through, "played" if let_through else f"nothing to step: {state()}"
+
+        serve("pause", pause)
+        serve("resume", resume)
+        serve("toggle_paused", lambda: resume() if self.paused else pause())
+        serve("is_paused", lambda: (self.paused, state()))
+        serve("play_next", play_next)
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node alone."""
+    return run_alone(ReplayNode, args)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,345 @@
+"""The tracker as a ROS node: pictures in, `worm/*` and `chamber/*` out, a state for every frame."""
+
+import sys
+from dataclasses import fields
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from numpy.typing import NDArray
+from rclpy.event_handler import SubscriptionEventCallbacks
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import UInt64, UInt64MultiArray
+from std_srvs.srv import Trigger
+
+from worm_msgs_py import SourceEvent, convert, topics
+from worm_msgs_py.contract.body import TrackedFrame
+from worm_msgs_py.contract.chamber import Geometry
+from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.errors import BadInput, BadPicture, MalformedMessage
+from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.ledger import Ledger
+from worm_msgs_py.ros.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
+from worm_msgs_py.ros.running import run_alone
+from worm_msgs_py.ros.worm_node import WormNode
+from worm_tracker.head_tail.identity import Exchange, ExchangeKind
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.sources.bags.bad_messages import BadMessages
+from worm_tracker.sources.image_decoder import PictureDecoder
+from worm_tracker.tracker import Tracker
+
+NAME = "tracker"
+_NS = 1_000_000_000
+_POSES = {
+    topics.WORM_HEAD: "head",
+    topics.WORM_CENTROID: "centroid",
+    topics.WORM_TAIL: "tail",
+}
+_OUT = {
+    topics.CHAMBER,
+    topics.CHAMBER_GEOMETRY,
+    topics.WORM_STATE,
+    topics.WORM_MIDLINE,
+    topics.SOURCE_EVENTS,
+    *_POSES,
+}
+
+DESCRIPTIONS = {
+    "polarity": "How the worm looks against its surroundings: dark or bright.",
+    "no_chamber": "The pictures show no rig: nothing is looked for.",
+    "radius_m": "Known radius R of the chamber, m; gives the scale.",
+    "centre_u_px": "The wall's circle where it is given: u of its centre, px; NaN: looked for.",
+    "centre_v_px": "The wall's circle where it is given: v of its centre, px; NaN: looked for.",
+    "radius_px": "The wall's circle where it is given: its radius, px; NaN: looked for.",
+    "centre_b_u_px": "A second chamber's circle where it is given: u of its centre, px.",
+    "centre_b_v_px": "A second chamber's circle where it is given: v of its centre, px.",
+    "radius_b_px": "A second chamber's circle where it is given: its radius, px.",
+    "exit_deg": "Direction of the exit, degrees counter-clockwise from the picture's right; NaN: "
+    "looked for.",
+    "exit_width_m": "Width W of the exits, m; NaN: measured.",
+    "depth_m": "Thickness h of the sheet, m; a picture does not show it.",
+    "passage_length_m": "Length L of the passage, m; NaN: measured where both chambers are in "
+    "view.",
+    "px_per_mm": "Scale of pictures without a chamber; NaN: unknown.",
+    "hold_back_frames": "Most frames that wait for the decision which end is the head.",
+    "max_megapixels": "Larger pictures are bad ones: they are not decoded.",
+    "calibration_frames": "Pictures that may fail to show a chamber before the tracker gives up.",
+}
+
+
+class TrackerNode(WormNode):
+    """Tracks the worm in the pictures of one source.
+
+    Parameters
+    ----------
+    **node_arguments
+        As for `rclpy.node.Node`.
+
+    Notes
+    -----
+    ROS parameters, read once: those of `TrackerParameters`, and ``live`` (false), which takes the
+    latest picture of a driver that is not ours (best effort) where otherwise none may be skipped.
+
+    Each time that head and tail are exchanged, `/diagnostics` says so: a status of its own, with
+    the frame and the stamp from which it holds. The service ``~/swap_head`` (std_srvs/Trigger) does
+    it by hand, for the frames that are held back and for the rest of the trial.
+
+    A picture that cannot be decoded, or is of another size than the first one, is a frame with the
+    status ``bad_image``; `source/events` says why. When as many frames
+    have been taken as `flow/end` says, those held back are published and the end is announced.
+
+    Raises
+    ------
+    BadInput
+        Where a parameter is out of range, or no chamber is found (out of the executor).
+    """
+
+    STATE = (
+        "_tracker",
+        "_decoder",
+        "_any_decoded",
+        "_bad",
+        "_kind",
+        "_announced",
+        "_exchanges_told",
+        "_taken",
+        "_given",
+        "_first_ns",
+        "_last_ns",
+        "_next_report_ns",
+        "_ledger.sent",
+    )
+
+    def __init__(self, **node_arguments: Any):
+        super().__init__(NAME, **node_arguments)
+        try:
+            parameters, self._live = self._read_parameters()
+        except BaseException:
+            self.destroy_node()
+            raise
+        self._tracker = Tracker(parameters)
+        self._decoder = PictureDecoder(parameters.max_megapixels)
+        self._any_decoded = False
+        self._bad = BadMessages()
+        self._kind: type | None = None
+        self._announced = 0
+        self._exchanges_told = 0
+        self._taken = self._given = 0
+        self._first_ns = self._last_ns = 0
+        self._next_report_ns: int | None = None
+        self._expected: int | None = None
+        self._done = False
+        self._ledger = Ledger(self)
+        self._out = {
+            topic: self._ledger.publisher(kind, topic, qos)
+            for topic, (kind, qos) in RESULTS.items()
+            if topic in _OUT
+        }
+        self._flow = self.create_publisher(UInt64MultiArray, topics.FLOW_TRACKED, FLOW)
+        self._diagnostics = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, RESULT)
+        qos = IMAGE_LIVE if self._live else IMAGE_REPLAY
+        for kind, topic in ((Image, topics.IMAGE), (CompressedImage, topics.IMAGE_COMPRESSED)):
+            self.create_subscription(
+                kind,
+                topic,
+                self._on_picture,
+                qos,
+                in_sequence=not self._live,
+                event_callbacks=SubscriptionEventCallbacks(),  # a camera of others may not match
+            )
+        self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
+        self.create_service(Trigger, "~/swap_head", self._on_swap_head)
+
+    @property
+    def done(self) -> bool:
+        """Whether every frame was taken and given, and the end was announced."""
+        return self._done
+
+    @property
+    def missing(self) -> str:
+        """What is still to come, for people."""
+        if self._done:
+            return ""
+        expected = "?" if self._expected is None else self._expected
+        return f"{self._taken} of {expected} frames have come"
+
+    def _read_parameters(self) -> tuple[TrackerParameters, bool]:
+        values = {}
+        for field in fields(TrackerParameters):
+            default = str(field.default) if field.name == "polarity" else field.default
+            values[field.name] = self.read_parameter(field.name, default, DESCRIPTIONS[field.name])
+        about = "Take the latest picture of a driver that is not ours, and skip others."
+        live = bool(self.read_parameter("live", False, about))
+        return TrackerParameters(**values), live
+
+    def _on_picture(self, msg: Any) -> None:
+        kind = type(msg)
+        self._kind = self._kind or kind
+        if self._done or kind is not self._kind:
+            return  # a camera that offers both forms sends each frame twice
+        self._last_ns = convert.stamp_to_ns(msg.header.stamp)
+        picture, why_bad = self._decode(msg)
+        self._tell_whether_bad(why_bad)
+        if not self._taken:
+            self._first_ns = self._last_ns
+        self._taken += 1
+        given = self._tracker.push(picture, self._last_ns)
+        self._announce_geometry()
+        self._publish(given)
+        self._finish_if_whole()
+        self._report()
+
+    def _decode(self, msg: Any) -> tuple[NDArray[np.uint8], str]:
+        """Return the picture of a message, and why it cannot be used; empty where it can."""
+        nothing = np.empty((0, 0), np.uint8)
+        try:
+            picture = self._decoder.decode(msg)
+        except BadPicture as error:
+            return nothing, str(error)
+        except BadInput as error:
+            if not self._any_decoded and len(msg.data):
+                raise  # no picture of this source is of an encoding that is read
+            # An empty message stands for one that the source could not read, and has told of.
+            return nothing, str(error) if len(msg.data) else ""
+        self._any_decoded = True
+        if self._tracker.shape not in (None, picture.shape):
+            (height, width), (first_height, first_width) = picture.shape, self._tracker.shape
+            return nothing, (
+                f"it has {width} × {height} pixels, those before it {first_width} × "
+                f"{first_height}: the rig's place is known for that size alone; it is not rescaled"
+            )
+        return picture, ""
+
+    def _tell_whether_bad(self, why: str) -> None:
+        """Tell on `source/events` which pictures cannot be used."""
+        bad = self._bad.bad(self._taken, self._last_ns, why) if why else self._bad.good()
+        self._tell_events(bad)
+
+    def _tell_events(self, events: list[SourceEvent]) -> None:
+        for event in events:
+            self._out[topics.SOURCE_EVENTS].publish(
+                convert.source_events_to_msg([event], event.stamp_ns)
+            )
+
+    def _on_end(self, msg: UInt64) -> None:
+        frames = convert.count_from_msg(msg)
+        if frames < self._taken or self._done:
+            raise MalformedMessage(f"the end after {frames} frames, where {self._taken} have come")
+        self._expected = frames
+        self._finish_if_whole()
+
+    def _on_swap_head(self, _: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+        """Exchange head and tail on an operator's word."""
+        exchange = None if self._done else self._tracker.swap_head()
+        answer.success = exchange is not None
+        if exchange is not None:
+            answer.message = f"head and tail are exchanged from frame {exchange.frame} on"
+            self._tell_exchanges()
+        elif self._done:
+            answer.message = "the trial has ended"
+        else:
+            answer.message = "no worm has been seen yet"
+        return answer
+
+    def _tell_exchanges(self) -> None:
+        """Publish each exchange of head and tail once."""
+        for exchange in self._tracker.exchanges[self._exchanges_told :]:
+            stamp = header(exchange.stamp_ns, "")
+            self._diagnostics.publish(DiagnosticArray(header=stamp, status=[_status(exchange)]))
+        self._exchanges_told = len(self._tracker.exchanges)
+
+    def _announce_geometry(self) -> None:
+        """Publish a new geometry before the first state that rests on it."""
+        geometry: Geometry | None = self._tracker.geometry
+        if geometry is None or geometry.version == self._announced:
+            return
+        self._announced = geometry.version
+        if self._tracker.changes:
+            why = self._tracker.changes[-1].why
+            self.get_logger().warning(f"geometry {geometry.version}: {why}")
+        self._out[topics.CHAMBER_GEOMETRY].publish(convert.geometry_to_msg(geometry))
+        if geometry.chambers:
+            self._out[topics.CHAMBER].publish(convert.geometry_to_markers(geometry))
+
+    def _publish(self, given: list[TrackedFrame]) -> None:
+        """Publish what is ready, and how much was taken and given."""
+        for tracked in given:
+            state = tracked.state
+            self._out[topics.WORM_STATE].publish(convert.body_state_to_msg(state))
+            # One for every frame, empty where there is none: a viewer must not keep the last one.
+            self._out[topics.WORM_MIDLINE].publish(convert.midline_to_msg(tracked.midline, state))
+            if isfinite(state.head.x_m):
+                for topic, name in _POSES.items():
+                    pose = convert.keypoint_to_pose(state, getattr(state, name))
+                    self._out[topic].publish(pose)
+        self._tell_exchanges()
+        self._given += len(given)
+        self._flow.publish(convert.counts_to_msg((self._taken, self._given)))
+
+    def _finish_if_whole(self) -> None:
+        if self._done or self._expected is None:
+            return
+        if self._taken != self._expected and not self._live:
+            return
+        self._publish(self._tracker.finish())
+        self._tell_events(self._bad.end())
+        self._done = True
+        self._report(at_once=True)
+        self._ledger.announce()
+
+    def _report(self, at_once: bool = False) -> None:
+        """Publish the counts on `/diagnostics`, once a second of stamps."""
+        due = self._next_report_ns is None or self._last_ns >= self._next_report_ns
+        if not due and not at_once:
+            return
+        self._next_report_ns = self._last_ns + _NS
+        span_s = (self._last_ns - self._first_ns) / _NS
+        values: dict[str, object] = {
+            "frames in": self._taken,
+            "frames out": self._given,
+            "frames held back": self._tracker.held,
+            "frames per second, by stamps": f"{(self._taken - 1) / span_s:.3f}" if span_s else "",
+            "head and tail exchanged": self._tracker.swaps,
+            "geometry version": self._announced,
+        }
+        for change in self._tracker.changes[-1:]:
+            values["geometry changed at, s"] = f"{change.geometry.stamp_ns / _NS:.3f}"
+            values["geometry changed because"] = change.why
+        for status, count in sorted(self._tracker.statuses.items()):
+            values[f"status {status.label}"] = count
+        report = DiagnosticStatus(
+            level=DiagnosticStatus.OK,
+            name=NAME,
+            message="ended" if self._done else "running",
+            values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+        )
+        self._diagnostics.publish(
+            DiagnosticArray(header=header(self._last_ns, ""), status=[report])
+        )
+
+
+def _status(exchange: Exchange) -> DiagnosticStatus:
+    """Return an exchange of head and tail as a diagnostic status."""
+    by = "by an operator" if exchange.kind is ExchangeKind.CORRECTION else "by the tracker"
+    values = {
+        "kind": exchange.kind.value,
+        "frame": exchange.frame,
+        "stamp_ns": exchange.stamp_ns,
+        "head certainty": f"{exchange.head_certainty:.4f}",
+    }
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN,
+        name=f"{NAME}: head and tail",
+        message=f"exchanged {by} from frame {exchange.frame} on",
+        values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
+    )
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the node alone."""
+    return run_alone(TrackerNode, args, refusals=(BadInput,))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
