@@ -22,8 +22,8 @@ from worm_bringup.graph.supervisor import run_in_processes
 from worm_bringup.trial import EndedEarly, Incomplete
 from worm_msgs_py import SourceEventKind
 from worm_msgs_py.contract.source_events import SourceEvent, in_words, read_source_events
-from worm_tracker import camera as camera_module
 from worm_tracker.sources.camera_node import CameraNode
+from worm_tracker.sources.cameras import camera as camera_module
 from worm_tracker.sources.cameras.camera import Camera
 from worm_tracker.sources.cameras.steady_clock import SteadyClock
 from worm_tracker.sources.source_node import spin_source
