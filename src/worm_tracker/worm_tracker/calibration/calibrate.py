@@ -9,13 +9,13 @@ from worm_msgs_py.arrays import Picture
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.errors import NoChamberFound, TrackerError
+from worm_msgs_py.paper import PASSAGE_LENGTH_MM
+from worm_msgs_py.units import MM_PER_M
 from worm_tracker.calibration.circle_fit import CircleFitSettings, FittedCircle, find_circles
 from worm_tracker.calibration.exit_fit import ExitFitSettings, find_exit
 from worm_tracker.parameters import TrackerParameters
 
 NAN = float("nan")
-PASSAGE_LENGTH_M = 35e-3
-"""The paper's L, said where only one end of the passage is in view."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def passage_length(chambers: tuple[Chamber, ...], parameters: TrackerParameters)
     if isfinite(parameters.passage_length_m):
         return parameters.passage_length_m
     if len(chambers) < 2:
-        return PASSAGE_LENGTH_M
+        return PASSAGE_LENGTH_MM / MM_PER_M
     a, b = chambers
     apart = hypot(b.centre_u_px - a.centre_u_px, b.centre_v_px - a.centre_v_px)
     return apart / a.px_per_m - a.radius_m - b.radius_m

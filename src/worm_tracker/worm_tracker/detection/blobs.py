@@ -18,6 +18,13 @@ Window = tuple[slice, slice]
 class BlobSettings:
     """What counts as an object."""
 
+    threshold_over_body: float = 0.4
+    """Signal, over that on the midline, of what is cut out as object: below the half-height, so
+    that all of the edge is in it."""
+    threshold_over_noise: float = 4.0
+    """The same over the noise: four standard deviations."""
+    least_threshold_grey: float = 4.0
+    """The same in grey levels, before a worm has been seen: those of a picture are whole."""
     least_area_px2: float = 30.0
     """Smaller objects are noise, or dust."""
     least_hole_px2: float = 4.0
@@ -197,12 +204,13 @@ def first_threshold(signal: Picture, noise: float, settings: BlobSettings) -> fl
 
     Infinity where nothing stands out.
     """
-    above = signal[signal > max(4 * noise, 4.0)]
+    least = max(settings.threshold_over_noise * noise, settings.least_threshold_grey)
+    above = signal[signal > least]
     if len(above) < settings.least_area_px2:
         return float("inf")
     otsu, _ = cv2.threshold(above.reshape(1, -1), 0, 255, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
     body = float(np.median(above[above > otsu])) if (above > otsu).any() else float(otsu)
-    return max(0.4 * body, 4 * noise, 4.0)
+    return max(settings.threshold_over_body * body, least)
 
 
 def _hole_area(contours: object, tree: NDArray[np.int32], k: int, least: float) -> float:

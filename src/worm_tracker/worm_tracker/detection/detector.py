@@ -49,17 +49,14 @@ from worm_tracker.midline.body_model import BodyModel
 class DetectorSettings:
     """What counts as the worm in a picture."""
 
-    threshold_over_body: float = 0.4
-    """Signal, over that on the midline, of what is cut out as object: below the half-height, so
-    that all of the edge is in it."""
-    threshold_over_noise: float = 4.0
-    """The same over the noise: four standard deviations."""
     least_area_over_worm: float = 0.1
     """Smaller objects are none."""
     cut_off_area_over_worm: float = 0.95
     """Area below which a part of the worm may have been cut off."""
     search_margin_px: int = 24
     """How far around the last object it is looked for first."""
+    least_reach_px: float = 20.0
+    """How far a worm can have got in a frame, at least; a longer one gets as far as it is long."""
     search_in_glare_widths: float = 6.0
     """The same where there is glare, which hides how far it goes."""
     glare_reach_widths: float = 2.0
@@ -217,7 +214,7 @@ class Detector:
         """Return the signal, grey levels, above which a pixel belongs to an object."""
         if prior.model is None:
             return self._first_threshold
-        settings = self._settings
+        settings = self._settings.blobs
         over_noise = settings.threshold_over_noise * self._noise
         return max(settings.threshold_over_body * prior.model.level, over_noise)
 
@@ -286,7 +283,7 @@ class Detector:
         reach = settings.glare_reach_widths * width
         if body is not None and not may_occlude(through.occluder, view.in_window(body), reach):
             return None
-        level = threshold / settings.threshold_over_body
+        level = threshold / settings.blobs.threshold_over_body
         body_seen = reconnected(view, through.occluder, width, level, prior, settings.occlusion)
         if body_seen is not None:
             return drawn(view, through.occluder, body_seen, width, level)
@@ -306,7 +303,7 @@ class Detector:
         if not self._background.dim.any_in(view.window):
             return found
         occluder = self._background.dim.mask(view.window).astype(np.uint8)
-        width, level = prior.model.width, view.threshold / settings.threshold_over_body
+        width, level = prior.model.width, view.threshold / settings.blobs.threshold_over_body
         body = reconnected(view, occluder, width, level, prior, settings.occlusion)
         if body is None or any(body.occluded_ends):
             return found
@@ -339,7 +336,7 @@ class Detector:
                 return None
             return most_likely_worm(blobs, prior.area, 0.0, 0.0, 0.0)
         u0, v0, u1, v1 = prior.blob.box
-        reach = max(float(u1 - u0), float(v1 - v0), 20.0)
+        reach = max(float(u1 - u0), float(v1 - v0), self._settings.least_reach_px)
         return most_likely_worm(blobs, prior.area, prior.blob.u, prior.blob.v, reach)
 
     def _worm_mask(self, blob: Blob) -> Callable[[Window], Picture | None]:

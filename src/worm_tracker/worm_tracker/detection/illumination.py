@@ -30,6 +30,8 @@ class IlluminationSettings:
     wall_profile_quantile: float = 0.6
     """Of the pixels at one distance from the wall: above the median, as a worm along the wall makes
     some of them darker."""
+    clear_over_brightest: float = 0.85
+    """Brightness over that of its brightest pixels from which a passage's pixel is clear water."""
     lit_over_entrance: float = 0.6
     """Brightness over that of its entrance from which a place is taken to be in the passage."""
 
@@ -114,7 +116,8 @@ def empty_rig(
         background[band] = light[band] * np.interp(region.out[band], away, part)
         inner = region.passage & (region.out > -WALL_REACH_PX / 2)
         across = np.minimum(region.out, -region.depth)[inner]
-        level = _passage_level(relative[region.passage & (region.depth > WALL_REACH_PX / 4)])
+        open_water = region.passage & (region.depth > WALL_REACH_PX / 4)
+        level = _passage_level(relative[open_water], settings)
         background[inner] = light[inner] * level * np.interp(across, away, part)
     return background, arena
 
@@ -219,11 +222,13 @@ def _wall_profile(
     return (index[known] + 0.5) * step, profile[known]
 
 
-def _passage_level(relative: Floats32) -> float:
+def _passage_level(relative: Floats32, settings: IlluminationSettings) -> float:
     """Return the brightness of a passage's water over the light's, even if a worm fills most."""
     if not len(relative):
         return 1.0
-    return float(np.median(relative[relative > 0.85 * np.quantile(relative, 0.95)]))
+    return float(
+        np.median(relative[relative > settings.clear_over_brightest * np.quantile(relative, 0.95)])
+    )
 
 
 def _polynomial(x: Floats, y: Floats) -> Floats:
