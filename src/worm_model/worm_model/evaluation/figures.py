@@ -16,6 +16,7 @@ from scipy.sparse.csgraph import maximum_bipartite_matching
 from worm_model.evaluation.distances import as_given_rms, resampled, shape_rms
 from worm_model.evaluation.record import ChamberCircle, FrameTable, common_rows
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.units import NS_PER_S
 
 CERTAIN = 0.95
 """Head certainty from which a frame counts as not flagged uncertain."""
@@ -192,7 +193,7 @@ def _identity_figures(pair: _Pair, certain: float) -> Iterator[Figure]:
     if stamps is None:
         known[:], why = False, "no column stamp_ns"
     else:
-        known &= stamps[pair.true] >= stamps.min() + round(SETTLING_S * 1e9)
+        known &= stamps[pair.true] >= stamps.min() + round(SETTLING_S * NS_PER_S)
     right = straight < turned
     yield _share("right_end_for_head", right[known], why)
     certainty = pair.tracks.head_certainty
@@ -252,7 +253,7 @@ def _bridged(contact: Floats, truth: FrameTable, order: NDArray[np.intp]) -> Flo
     if truth.stamp_ns is None:
         return contact
     stamps = truth.stamp_ns[order]
-    fresh = stamps - stamps[np.maximum(last, 0)] <= round(LONGEST_GAP_S * 1e9)
+    fresh = stamps - stamps[np.maximum(last, 0)] <= round(LONGEST_GAP_S * NS_PER_S)
     return np.where(fresh, carried, np.nan)
 
 

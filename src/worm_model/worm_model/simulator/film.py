@@ -14,6 +14,7 @@ from worm_model.simulator.rig import TruthRow, write_truth
 from worm_msgs_py import topics
 from worm_msgs_py.contract.frames import CAMERA
 from worm_msgs_py.files.whole_files import new_file, new_folder
+from worm_msgs_py.units import NS_PER_S
 
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
 _COMPRESSED = "sensor_msgs/msg/CompressedImage"
@@ -39,7 +40,7 @@ class FilmFrame(NamedTuple):
 
 def frame_stamp_ns(frame: int, fps: float) -> int:
     """Return the stamp of a frame in nanoseconds, rounded from the exact time."""
-    return round(frame * 1e9 / fps)
+    return round(frame * NS_PER_S / fps)
 
 
 def truth_path(bag: Path) -> Path:
@@ -124,7 +125,7 @@ def _write_bag(folder: Path, frames: Iterable[tuple[int, bytes]]) -> None:
 def _compressed_image(stamp_ns: int, data: bytes) -> object:
     time = _TYPES.types["builtin_interfaces/msg/Time"]
     header = _TYPES.types["std_msgs/msg/Header"]
-    seconds, nanoseconds = divmod(stamp_ns, 10**9)
+    seconds, nanoseconds = divmod(stamp_ns, NS_PER_S)
     return _TYPES.types[_COMPRESSED](
         header=header(stamp=time(sec=seconds, nanosec=nanoseconds), frame_id=CAMERA),
         format="jpeg",
