@@ -48,8 +48,9 @@ class BodySums:
 
     def median_width(self) -> float:
         """Return the median width alone, m; NaN without any."""
-        counts = self.sums()["d_w"].sum(axis=0, keepdims=True)
-        return float(histogram_median(counts)[0]) * BODY_WIDTH_BIN_M
+        self.flush()
+        counts = self._blocks.total(slice(BODY_BINS, 2 * BODY_BINS))
+        return float(histogram_median(counts[None])[0]) * BODY_WIDTH_BIN_M
 
 
 def histogram_median(counts: Floats) -> Floats:

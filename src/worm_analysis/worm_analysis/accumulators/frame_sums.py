@@ -122,9 +122,7 @@ class FrameSums:
 
     def histogram(self, name: str) -> Integers:
         """Return the counts of one of the histograms."""
-        counts: Integers = np.rint(self._blocks.rows()[:, _columns(name)].sum(axis=0)).astype(
-            np.int64
-        )
+        counts: Integers = np.rint(self._blocks.total(_columns(name))).astype(np.int64)
         return counts
 
     def distributions(self) -> list[Distribution]:

@@ -52,10 +52,8 @@ def write_pooled_report(
         Where ``report.html``, ``summary.json``, ``figures/`` and ``tables/`` are written.
     walks : callable
         Gives what the boundary walk predicts for the pool.
-    software : mapping
-        Name and version, for the provenance.
-    progress : callable
-        Given the trials that were read, and how many there are.
+    software, progress : mapping, callable
+        Name and version, for the provenance; given the trials that were read and how many.
 
     Returns
     -------

@@ -98,6 +98,11 @@ class BlockSums:
             self._used = max(self._used, int(index[-1]) + 1)
             done = upto
 
+    def total(self, columns: slice) -> Floats:
+        """Return the sum of some elements of the vector over all blocks."""
+        total: Floats = self._rows[: self._used, columns].sum(axis=0)
+        return total
+
     def rows(self) -> Floats:
         """Return a copy of the blocks, 1 to 64 of them, shape (blocks, size)."""
         rows = self._rows[: max(1, self._used)]
@@ -119,11 +124,13 @@ class Units:
     def __init__(self, trials: Sequence[Floats]):
         # In one order of memory: sums are then the same to the last bit, read or just made.
         self._trials = [np.ascontiguousarray(rows) for rows in trials]
+        self._total: Floats | None = None
 
     def total(self) -> Floats:
         """Return the sum over everything, shape (size,)."""
-        total: Floats = np.sum([rows.sum(axis=0) for rows in self._trials], axis=0)
-        return total
+        if self._total is None:
+            self._total = np.sum([rows.sum(axis=0) for rows in self._trials], axis=0)
+        return self._total
 
     def levels(self) -> Iterator[Floats]:
         """Yield the parts: blocks of time, pairs of them, and so on, and at last whole trials.
@@ -136,6 +143,8 @@ class Units:
         ndarray, shape (parts, size)
             Parts in which nothing was summed are left out.
         """
+        if len(self._trials) == 1 and len(self._trials[0]) < FEWEST_BLOCKS:
+            return
         trials = [rows for rows in self._trials if rows.any()]
         whole = [rows.sum(axis=0, keepdims=True) for rows in trials]
         rows = list(trials)
@@ -145,7 +154,10 @@ class Units:
             if not any(enough):
                 break
             choices = zip(filled, enough, whole, strict=True)
-            yield np.vstack([part if many else one for part, many, one in choices])
+            parts = [part if many else one for part, many, one in choices]
+            yield parts[0] if len(parts) == 1 else np.vstack(parts)
+            if max(map(len, rows)) < 2 * FEWEST_BLOCKS - 1:
+                break
             rows = [_in_pairs(part) for part in rows]
         if len(whole) >= FEWEST_TRIALS:
             units = np.vstack(whole)

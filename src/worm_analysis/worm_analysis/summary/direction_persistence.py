@@ -1,5 +1,6 @@
 """C_θ(t), its error and its decay time t_per from sums over pairs of moments (paper, Fig. 7a)."""
 
+from functools import lru_cache
 from math import exp, isfinite, nan
 
 import numpy as np
@@ -122,6 +123,13 @@ def fit_decay_time(lag_s: Floats, c: Floats, pairs: Integers) -> float:
     float
         Seconds; NaN where C_θ decays faster than the lags resolve, or not at all.
     """
+    return _fit_decay_time(lag_s.tobytes(), c.tobytes(), pairs.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _fit_decay_time(lags: bytes, values: bytes, weights: bytes) -> float:
+    """Return the same from the arrays' bytes: the curve and the number ask one after the other."""
+    lag_s, c, pairs = np.frombuffer(lags), np.frombuffer(values), np.frombuffer(weights, np.int64)
     known = (pairs > 0) & np.isfinite(c) & (lag_s > 0)
     if np.count_nonzero(known) < 3:
         return float("nan")

@@ -237,8 +237,8 @@ def exponential_fit(name: str, bin_width: float) -> Estimator:
     """
 
     def estimate(sums: Sums) -> Estimate:
-        *counts, excess = sums.total(name)
-        whole = np.rint(counts).astype(np.int64)
+        total = sums.total(name)
+        whole, excess = np.rint(total[:-1]).astype(np.int64), float(total[-1])
         coarse = bin_width
         if name in ("d_c_excess", "d_nc_excess"):
             coarse = sums.settings.steps_a_group * head_step_m(sums)

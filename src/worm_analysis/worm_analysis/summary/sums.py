@@ -34,6 +34,7 @@ class Sums:
     exit_width_mm: float = nan
     lag_s: Floats = field(default_factory=lambda: np.empty(0))
     settings: EstimateSettings = DEFAULTS
+    _units: dict[str, Units] = field(default_factory=dict, init=False, repr=False)
 
     def has(self, name: str) -> bool:
         """Whether a trial has these sums."""
@@ -41,9 +42,13 @@ class Sums:
 
     def units(self, name: str) -> Units:
         """Return the parts that can be left out; KeyError where no trial has them."""
-        if not self.has(name):
-            raise KeyError(name)
-        return Units([trial[name] for trial in self.trials if name in trial])
+        found = self._units.get(name)
+        if found is None:
+            if not self.has(name):
+                raise KeyError(name)
+            found = Units([trial[name] for trial in self.trials if name in trial])
+            self._units[name] = found  # several numbers rest on the same sums
+        return found
 
     def total(self, name: str) -> Floats:
         """Return the sums over all trials, shape (k,); KeyError where no trial has them."""

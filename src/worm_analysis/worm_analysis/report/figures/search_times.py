@@ -48,8 +48,7 @@ def search_times(data: ReportData) -> Panel:
     """Return the panel: a row for each W, the walk in a second column where there is one."""
     pool = data.pool
     found = 0 if pool is None else len(pool.points("tau_h"))
-    walk = next((walk for walk in data.walks if walk.is_own), None)
-    paper = next((walk for walk in data.walks if not walk.is_own), None)
+    walk, paper = (next((w for w in data.walks if w.is_own is own), None) for own in (True, False))
     reading = _READING if walk is None else _READING + _READING_WALK
     base: dict[str, Any] = {
         "key": "fig-5", "title": "Time to find the exit", "paper": "Fig. 5", "reading": reading,
@@ -86,11 +85,10 @@ def search_times(data: ReportData) -> Panel:
         for letter, axes in zip(_letters(row, columns), grid[row], strict=True):
             axes.set_title(f"({letter}) $W$ = {plain(part.width_mm)} mm", loc="left", pad=3)
             axes.set_xlim(0, longest)
+    for axes, title in zip(grid[0], ("measured", "boundary walk")[:columns], strict=True):
+        axes.set_title(title if walk is not None else "", loc="right", pad=3)
     for axes in grid[-1]:
         axes.set_xlabel(r"time to find the exit $\tau_h$ (s)")
-    if walk is not None:
-        grid[0, 0].set_title("measured", loc="right", pad=3)
-        grid[0, 1].set_title("boundary walk", loc="right", pad=3)
     means = [
         f"W {plain(part.width_mm)} mm, mean {with_interval(numbers['tau_h'].quantity)} s"
         for part, numbers in rows
