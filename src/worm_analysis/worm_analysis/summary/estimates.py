@@ -10,7 +10,6 @@ from functools import lru_cache
 from math import exp, isfinite, nan
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from worm_analysis.accumulators.bins import ANGLE_EDGES, DEPTH_BIN_M, RADIUS_EDGES
 from worm_analysis.accumulators.body_size import histogram_median
@@ -84,31 +83,22 @@ def median(name: str, bin_width: float) -> Estimator:
 
 def radius_peak(name: str) -> Estimator:
     """Return the estimator of the mode of P(r), in units of R."""
+    centres = bin_centres(RADIUS_EDGES)
 
     def estimate(sums: Sums) -> Estimate:
-        width = sums.settings.radius_smoothing_bins
-
-        def value_of(rows: Floats) -> Floats:
-            smoothed = gaussian_filter1d(rows, width, axis=1, mode="constant")
-            return peak_positions(smoothed, bin_centres(RADIUS_EDGES))
-
-        return _symmetric(sums.units(name), value_of)
+        units = sums.smoothed(name, sums.settings.radius_smoothing_bins, "constant")
+        return _symmetric(units, lambda rows: peak_positions(rows, centres))
 
     return estimate
 
 
 def angle_peak(name: str, side: int) -> Estimator:
     """Return the estimator of the mode of an angle below (0) or above (1) zero, rad."""
+    centres = np.split(bin_centres(ANGLE_EDGES), 2)[side]
 
     def estimate(sums: Sums) -> Estimate:
-        width = sums.settings.angle_smoothing_bins
-
-        def value_of(rows: Floats) -> Floats:
-            smoothed = gaussian_filter1d(rows, width, axis=1, mode="wrap")
-            half = np.split(smoothed, 2, axis=1)[side]
-            return peak_positions(half, np.split(bin_centres(ANGLE_EDGES), 2)[side])
-
-        return _symmetric(sums.units(name), value_of)
+        units = sums.smoothed(name, sums.settings.angle_smoothing_bins, "wrap")
+        return _symmetric(units, lambda rows: peak_positions(np.split(rows, 2, 1)[side], centres))
 
     return estimate
 
