@@ -1,5 +1,6 @@
 """The symbol and the meaning of each quantity, for people: the table's own, and the model's."""
 
+import re
 from html import escape
 
 from worm_analysis.summary.quantities import DEFINITIONS
@@ -44,7 +45,8 @@ def is_known(name: str) -> bool:
 def under_rule(name: str) -> tuple[str, str]:
     """Return a quantity's own name, and the rule of contact that it is told under, in words."""
     own, _, rule = name.partition("_at_")
-    return (own, rule.replace("_", " ")) if own in SYMBOLS else (name, "")
+    rule = re.sub(r"(.*)_s_([^_]+)", r"\1 \2 s", rule).replace("_", " ")
+    return (own, rule) if own in SYMBOLS else (name, "")
 
 
 def _of(name: str, column: int, other: str) -> str:

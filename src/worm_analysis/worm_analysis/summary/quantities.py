@@ -313,7 +313,7 @@ BODY = (
     _size("l_w", "l", "length", BODY_LENGTH_BIN_M),
     _size("d_w", "d", "width", BODY_WIDTH_BIN_M),
     _excluded("untracked", "part of the frames that no estimate uses: no head was found"),
-    _excluded("uncertain", "part of the frames that no estimate uses: head or tail, in doubt"),
+    _excluded("uncertain", "part of the frames that no estimate uses: the head is in doubt"),
 )
 
 QUANTITIES = (*POSITIONS, *EPISODES, *MOTION, *SEARCHES, *ATTEMPTS)

@@ -64,9 +64,8 @@ def search_times(data: ReportData) -> Panel:
             **base,
             why=not_enough(found, "findings", FIGURES.fewest_items) + " for a W",
         )
-    columns = 1 if walk is None else 2
-    height_in = max(2.7, 0.35 + ROW_IN * len(rows))
-    figure = new_figure(COLUMN_IN if columns == 1 else PAGE_IN, height_in)
+    columns, width_in = (1, COLUMN_IN) if walk is None else (2, PAGE_IN)
+    figure = new_figure(width_in, max(2.7, 0.35 + ROW_IN * len(rows)))
     grid = figure.subplots(len(rows), columns, squeeze=False, sharex=True, sharey="row")
     longest = max(_longest(part, numbers["tau_h"].quantity) for part, numbers in rows)
     tables: dict[str, Any] = {}
