@@ -26,7 +26,7 @@ WAYS = [
 
 @pytest.fixture(autouse=True)
 def stand_ins_can_be_imported(monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[1] / "support"))
+    monkeypatch.setenv("PYTHONPATH", str(Path(__file__).parents[2] / "support"))
 
 
 def graph(bag, out, source=None, **tracker):

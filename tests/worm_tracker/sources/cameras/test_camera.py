@@ -176,7 +176,7 @@ def in_a_process(path, body):
 def test_a_crash_costs_no_more_than_a_chunk(tmp_path):
     status, said = in_a_process(
         tmp_path,
-        "from test_source_camera import record\nrecord(Path('bag'), 10, (700, 1000))\nos._exit(9)",
+        "from test_camera import record\nrecord(Path('bag'), 10, (700, 1000))\nos._exit(9)",
     )
     assert status == 9, said
     with pytest.raises(BadInput, match=r"metadata.yaml is missing"):
@@ -191,7 +191,7 @@ def test_a_full_disk_is_an_error_that_says_so(tmp_path):
     status, said = in_a_process(
         tmp_path,
         "resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, 3_000_000))\n"
-        "from test_source_camera import record\n"
+        "from test_camera import record\n"
         "record(Path('bag'), 10, (700, 1000))",
     )
     assert status == 1
