@@ -22,8 +22,8 @@ $(READY): requirements.lock pyproject.toml
 demo: $(READY) ## replay the example bag and write its report
 	@$(BIN)/worm replay bags/larva --out $(OUT)
 
-test: $(READY) ## all tests
-	@$(BIN)/python -m pytest -n auto --dist loadgroup
+test: $(READY) ## all tests; TESTS="tests/worm_analysis" runs some
+	@$(BIN)/python -m pytest -n auto --dist loadgroup $(TESTS)
 
 lint: $(READY) ## formatting, style, types
 	@$(BIN)/ruff format --check .
