@@ -186,6 +186,15 @@ def test_the_same_trial_twice_is_refused(trials, tmp_path, monkeypatch, capsys):
     assert "is the same trial as" in err
 
 
+def test_a_live_trial_which_has_no_bag_to_name_is_pooled_too(trials, tmp_path, monkeypatch, capsys):
+    live = tmp_path / "live"
+    shutil.copytree(trials[0], live)
+    summary = json.loads((live / "summary.json").read_text())
+    summary["provenance"]["source"] = {"camera": "http://camera"}
+    (live / "summary.json").write_text(json.dumps(summary))
+    assert run(monkeypatch, capsys, trials[1], live, "--out", tmp_path / "out")[0] == 0
+
+
 def test_a_pooled_report_does_not_overwrite_a_trial(trials, monkeypatch, capsys):
     before = sorted(item.name for item in trials[1].iterdir())
     status, err = run(monkeypatch, capsys, trials[0], "--out", trials[1])
