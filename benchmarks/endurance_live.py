@@ -36,7 +36,7 @@ from worm_tracker.sources.cameras.steady_clock import SteadyClock
 ROOT = Path(__file__).parents[1]
 LARVA = ROOT / "bags" / "larva"
 OUTAGES = 10
-TABLES = ("tracks.parquet", "contacts.parquet", "passages.parquet")
+TABLES = ("tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet")
 
 
 class FastClock(SteadyClock):

@@ -26,8 +26,8 @@ EARLIER_S, NEW_S = 0.5, 1.0
 PARTS = 12
 LONGEST = 1.2
 """The latest moment, as a share of a whole run's time: some runs come to their end."""
-SAME_BYTES = ("tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json",
-              "report.html")  # fmt: skip
+SAME_BYTES = ("tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet",
+              "summary.json", "report.html")  # fmt: skip
 
 
 def replay(bag: Path, out: Path, duration_s: float) -> subprocess.Popen[bytes]:

@@ -123,7 +123,7 @@ def test_foreign_messages_on_every_topic_change_no_byte_and_are_counted(tmp_path
     assert beside == alone
     assert set(ignored) == set(STRANGE)
     assert ignored[topics.WORM_STATE] == 2 * len(STRANGE[topics.WORM_STATE])
-    for table in ("tracks.parquet", "contacts.parquet", "passages.parquet"):
+    for table in ("tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet"):
         assert (tmp_path / "beside" / table).read_bytes() == (
             tmp_path / "alone" / table
         ).read_bytes()

@@ -127,7 +127,7 @@ def test_the_record_of_a_trial_with_outages_replays_to_the_same_tracks(tmp_path)
         ["replay", str(tmp_path / "record"), "--no-chamber", "--out", str(tmp_path / "again")],
     )
     assert again.exit_code == 0, again.output
-    for name in ("tracks.parquet", "contacts.parquet", "passages.parquet"):
+    for name in ("tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet"):
         assert (tmp_path / "again" / name).read_bytes() == (tmp_path / "out" / name).read_bytes()
 
 

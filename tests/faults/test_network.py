@@ -120,7 +120,7 @@ def test_nobody_hears_a_private_graph(tmp_path, domain):
 def test_a_node_started_alone_keeps_to_the_loopback(tmp_path, domain):
     bag = write_bag(tmp_path / "bag", 5, shape=(8, 8))
     script = (
-        "import sys; from worm_tracker import replay_node;"
+        "import sys; from worm_tracker.sources import replay_node;"
         "from worm_tracker.sources.source_node import SourceNode;"
         "is_watched = SourceNode.is_watched;"
         "replay_node.ReplayNode.is_watched = property(lambda self: print('going', flush=True));"

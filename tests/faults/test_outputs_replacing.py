@@ -249,7 +249,7 @@ def test_what_killed_runs_left_is_removed_but_for_what_is_not_ours(tmp_path):
     left = files_in(tmp_path)
     assert left[".out.partial-00000002/notes.txt"] == b"mine"
     assert left[".out.partial-notours"] == b"mine"
-    assert len(left) == 9
+    assert len(left) == 10
 
 
 def test_what_a_killed_live_trial_left_is_never_removed(tmp_path, capsys):

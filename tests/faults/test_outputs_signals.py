@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from mjpeg_server import mjpeg_server
+from result_files import TABLES
 
 from worm_msgs_py.ros.running import finish_despite_signals, stop_on_signals
 from worm_tracker.sources.bags.bag_reader import BagPictures
@@ -110,7 +111,7 @@ def files_of(out):
     return {item.name for item in out.iterdir()}
 
 
-DATA = {"tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json", "bag"}
+DATA = {*TABLES, "summary.json", "bag"}
 
 
 def test_a_signal_while_the_report_is_written_lets_it_be_written(tmp_path):

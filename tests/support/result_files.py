@@ -3,7 +3,7 @@
 import json
 
 SUMMARY = json.dumps({"provenance": {"software": "worm-escape"}, "complete": True})
-TABLES = ("tracks.parquet", "contacts.parquet", "passages.parquet")
+TABLES = ("tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet")
 
 
 def write_result(directory, text, *, report=True):

@@ -5,6 +5,7 @@ import signal
 
 import pytest
 from exact_content import content
+from result_files import TABLES
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
@@ -13,7 +14,7 @@ from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.provenance import bag_hash
 from worm_bringup.trial import Incomplete, Trial, run_trial
 
-FILES = ("tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json", "report.html")
+FILES = (*TABLES, "summary.json", "report.html")
 NEVER_S = 1e9
 
 

@@ -30,12 +30,16 @@ def claim(domain: int, nodes: Iterable[str]) -> Iterator[None]:
     with ExitStack() as stack:
         for node in nodes:
             lock = stack.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM))
-            key = hashlib.sha256(f"{domain} {node}".encode()).hexdigest()
             try:
-                lock.bind(f"\0worm-escape {key}")
+                lock.bind("\0" + claimed_name(domain, node))
             except OSError:
                 raise BadInput(in_use(domain, f"a node {node}")) from None
         yield
+
+
+def claimed_name(domain: int, node: str) -> str:
+    """Return the name in the abstract namespace that stands for a node's."""
+    return "worm-escape " + hashlib.sha256(f"{domain} {node}".encode()).hexdigest()
 
 
 def in_use(domain: int, what: str) -> str:

@@ -91,17 +91,16 @@ class SourceNode(WormNode):
 
     def _on_tracked(self, msg: UInt64MultiArray) -> None:
         counts = convert.counts_from_msg(msg)
-        grows = len(counts) == 2 and counts[0] >= self._taken and counts[1] >= self._given
         # Of a burst of counters the last ones come, so their DDS numbers may have gaps.
-        if not grows or not self.sent >= counts[0] >= counts[1]:
+        if len(counts) != 2 or not self.sent >= counts[0] >= counts[1]:
             raise MalformedMessage(f"{counts} are no frames taken and given of {self.sent}")
-        self._taken, self._given = counts
+        self._taken, self._given = max(self._taken, counts[0]), max(self._given, counts[1])
 
     def _on_recorded(self, msg: UInt64) -> None:
         recorded = convert.count_from_msg(msg)
-        if not self._recorded <= recorded <= self.sent:
+        if recorded > self.sent:
             raise MalformedMessage(f"{recorded} frames of {self.sent} are recorded")
-        self._recorded = recorded
+        self._recorded = max(self._recorded, recorded)  # it counts again after a checkpoint
 
     @property
     def in_flight(self) -> int:
