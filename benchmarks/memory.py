@@ -43,16 +43,17 @@ class MemoryTrace:
         self.resident_mib.append(resident_mib)
 
     def growth(self, after_s: float = 60.0) -> float:
-        """Return by what part memory grew from the end of the first minute to the end of the run.
+        """Return by what part memory grew from the end of the first minute to the last frame.
+
+        The report, which is drawn after it, takes its memory once whatever the length of the run.
 
         Raises
         ------
         ValueError
             Where there are too few samples after that minute.
         """
-        later = [
-            mib for s, mib in zip(self.elapsed_s, self.resident_mib, strict=True) if s >= after_s
-        ]
+        samples = zip(self.elapsed_s, self.frames, self.resident_mib, strict=True)
+        later = [mib for s, sent, mib in samples if s >= after_s and sent < self.frames[-1]]
         if len(later) < 2 * _BLOCK:
             raise ValueError(f"{len(later)} samples after {after_s:g} s; {2 * _BLOCK} are needed")
         return median(later[-_BLOCK:]) / median(later[:_BLOCK]) - 1.0
