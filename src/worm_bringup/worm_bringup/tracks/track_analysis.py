@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from worm_analysis.analysis import Analysis
 from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.results import contacts, passages, tracks
-from worm_analysis.results.parquet_table import Row, TableWriter
+from worm_analysis.results.parquet_table import Row, TableWriter, table_writer
 from worm_analysis.results.summary import TrialRecord, build_summary, write_summary
 from worm_analysis.results.sums import write_sums
 from worm_analysis.summary.quantities import DEFINITIONS
@@ -242,7 +241,7 @@ class TrackWriter:
     """Writes `tracks.parquet` by columns, some ten thousand rows at a time."""
 
     def __init__(self, path: Path):
-        self._writer = pq.ParquetWriter(path, tracks.SCHEMA, compression="zstd")
+        self._writer = table_writer(path, tracks.SCHEMA)
 
     def write(
         self, rows: Rows, placed: Placed, found: Sequence[Observables], *, has_picture: bool

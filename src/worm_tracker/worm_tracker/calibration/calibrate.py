@@ -208,6 +208,7 @@ def _why_none(picture: Picture, settings: CalibrationSettings) -> str:
         cause = "no circular wall stands out in it"
     return (
         f"no chamber found: {cause}; check the light and the topic, give the circle "
-        "(centre_u_px, centre_v_px, radius_px), set polarity to bright where the worm is bright, "
-        "or track without a rig (no_chamber, --no-chamber)"
+        "(--circle-px U V R; of the node: centre_u_px, centre_v_px, radius_px), "
+        "say --polarity bright where the worm is bright, "
+        "or track without a rig (--no-chamber)"
     )
