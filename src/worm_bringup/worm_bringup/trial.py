@@ -110,6 +110,11 @@ def run_graph(
         Go on from one, and make them while the graph runs; not with `processes`.
     patience_s : float
         Seconds that a node may take over one message; longer, and it hangs: the run ends.
+
+    Raises
+    ------
+    BadInput
+        The input cannot be used.
     """
     nodes = trial.nodes(out)
     if processes:
@@ -154,8 +159,6 @@ def run_trial(
 
     Raises
     ------
-    BadInput
-        The input cannot be used.
     Incomplete
         A signal ended the run, a node did not finish, or not one frame has come.
     Kept

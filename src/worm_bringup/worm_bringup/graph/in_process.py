@@ -2,10 +2,11 @@
 
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 
+from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from threadpoolctl import threadpool_limits
@@ -88,7 +89,7 @@ def run_in_process(
     progress : callable, optional
         Called after every frame.
     reach : Reach
-        Who can see the graph (see `isolation.own_context`).
+        Who can see the graph (see `ros_environment.own_context`).
     checkpoints : Checkpoints, optional
         Go on from one, and make them while it runs.
     patience_s : float
@@ -108,27 +109,33 @@ def run_in_process(
         ExitStack() as stack,
         stop_on_signals() as stop,
     ):
-        names = [spec.name for spec in (source, *nodes)]
+        executor, made = stack.enter_context(_made((source, *nodes), context, reach, namespace))
+        watch = stack.enter_context(watchdog(patience_s))
+        return _run_to_end(executor, made, progress, stop, checkpoints, watch)
+
+
+@contextmanager
+def _made(
+    specs: Sequence[NodeSpec], context: Context, reach: Reach, namespace: str
+) -> Iterator[tuple[SingleThreadedExecutor, list[Node]]]:
+    with ExitStack() as stack:
+        names = [spec.name for spec in specs]
         stack.enter_context(alone_on_their_names(context, reach, namespace, names))
         executor = SingleThreadedExecutor(context=context)
         stack.callback(executor.shutdown)
-        made: list[Node] = []
-        for spec in (source, *nodes):
-            node = spec.make(context=context, namespace=namespace)
-            stack.callback(node.destroy_node)
-            executor.add_node(node)
-            made.append(node)
-        spent_s = {spec.name: 0.0 for spec in (source, *nodes)}
-        watch = stack.enter_context(watchdog(patience_s))
-        return _run(executor, made, progress, stop, spent_s, checkpoints, watch)
+        nodes: list[Node] = []
+        for spec in specs:
+            nodes.append(spec.make(context=context, namespace=namespace))
+            stack.callback(nodes[-1].destroy_node)
+            executor.add_node(nodes[-1])
+        yield executor, nodes
 
 
-def _run(
+def _run_to_end(
     executor: SingleThreadedExecutor,
     nodes: list[Node],
     progress: Progress | None,
     stop: threading.Event,
-    spent_s: dict[str, float],
     checkpoints: Checkpoints | None,
     watch: Watch,
 ) -> RunResult:
@@ -137,6 +144,7 @@ def _run(
         raise TypeError(f"{source.get_name()} is not a source of pictures")
 
     goes_on = until_stopped(source, stop)
+    spent_s = {node.get_name(): 0.0 for node in nodes}
 
     def keep_on() -> bool:
         if progress is not None:

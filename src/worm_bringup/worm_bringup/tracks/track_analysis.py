@@ -88,8 +88,7 @@ def analyse_tracks(
     BadInput
         Where the table cannot be used.
     """
-    geometry = rig.geometry()
-    run = _Run(rig, geometry, parameters, out)
+    run = _TableRun(rig, parameters, out)
     placer = Placer(rig)
     with run.tracks, run.contacts, run.passages:
         for rows in table.rows():
@@ -98,18 +97,7 @@ def analyse_tracks(
         run.finish()
     run.refuse_strangers(table.path)
     lacking = _lacking(table, rig, parameters)
-    quantities = _with_reasons(run.analysis.summary(), lacking)
-    trial = TrialRecord(
-        frames_read=run.rows,
-        statuses=dict(run.statuses),
-        geometry=_seen(geometry, run.chambers, rig),
-        quantities=tuple(quantities),
-        correlation=run.analysis.correlation(),
-    )
-    run.model.take_summary(quantities, run.last_ns)
-    compared = run.model.finish()
-    if compared is not None:
-        trial.comparison, trial.model_correlation = compared
+    trial = run.record(lacking)
     write_sums(out / "sums.parquet", _without_lacking(run.analysis.sums(), lacking))
     source = {"table": table.path.name, "sha256": file_hash(table.path)}
     document = provenance(
@@ -118,24 +106,22 @@ def analyse_tracks(
     write_summary(out / "summary.json", build_summary(trial, document))
 
 
-class _Run:
+class _TableRun:
     """What grows while the rows go through the analysis."""
 
-    def __init__(
-        self, rig: TableRig, geometry: Geometry, parameters: AnalysisParameters, out: Path
-    ):
-        self._has_picture = rig.has_picture
-        self._geometry = geometry
+    def __init__(self, rig: TableRig, parameters: AnalysisParameters, out: Path):
+        self._rig = rig
+        self._geometry = geometry = rig.geometry()
         self.analysis = Analysis(parameters)
         self.analysis.set_geometry(geometry)
-        self.model = TrialModel(MODEL)
-        self.model.set_geometry(geometry)
+        self._model = TrialModel(MODEL)
+        self._model.set_geometry(geometry)
         self.tracks = TrackWriter(out / "tracks.parquet")
         self.contacts = TableWriter(out / "contacts.parquet", contacts.SCHEMA)
         self.passages = TableWriter(out / "passages.parquet", passages.SCHEMA)
-        self.statuses: Counter[str] = Counter()
-        self.chambers: set[str] = set()
-        self.rows = self.heads = self.strays = self.last_ns = 0
+        self._statuses: Counter[str] = Counter()
+        self._chambers: set[str] = set()
+        self.rows = self._heads = self._strays = self._last_ns = 0
         self._has_centroid = False
 
     def take(self, rows: Rows, placed: Placed) -> None:
@@ -144,27 +130,43 @@ class _Run:
         found = []
         for state in states_of(rows, placed):
             observables, events = self.analysis.push(state)
-            self.model.take_state(observables)
+            self._model.take_state(observables)
             found.append(observables)
             if events:
                 self._write(events)
-        self.tracks.write(rows, placed, found, has_picture=self._has_picture)
+        self.tracks.write(rows, placed, found, has_picture=self._rig.has_picture)
         self._count(placed)
         self.rows += len(rows)
-        self.last_ns = int(rows.stamp_ns[-1])
+        self._last_ns = int(rows.stamp_ns[-1])
 
     def finish(self) -> None:
         """End the trial."""
         self._write(self.analysis.finish())
 
+    def record(self, lacking: Sequence[str]) -> TrialRecord:
+        """Return what `summary.json` says of the trial, which is over."""
+        quantities = _with_reasons(self.analysis.summary(), lacking)
+        trial = TrialRecord(
+            frames_read=self.rows,
+            statuses=dict(self._statuses),
+            geometry=_seen(self._geometry, self._chambers, self._rig),
+            quantities=tuple(quantities),
+            correlation=self.analysis.correlation(),
+        )
+        self._model.take_summary(quantities, self._last_ns)
+        compared = self._model.finish()
+        if compared is not None:
+            trial.comparison, trial.model_correlation = compared
+        return trial
+
     def refuse_strangers(self, path: Path) -> None:
         """Refuse tracks of which no row, or hardly one, has its head in the rig."""
-        if self.heads == 0:
+        if self._heads == 0:
             raise BadInput(f"{path}: no row has a head: fill head_x_mm and head_y_mm")
-        if self.strays > MOST_STRAY * self.heads:
+        if self._strays > MOST_STRAY * self._heads:
             radius_mm = self._geometry.chambers[0].radius_m * MM
             raise BadInput(
-                f"{path}: {self.strays} of {self.heads} heads are outside of the chamber (R = "
+                f"{path}: {self._strays} of {self._heads} heads are outside of the chamber (R = "
                 f"{radius_mm:g} mm, centre at 0, 0): say with --radius-mm, --centre-mm and "
                 "--exit-deg, or with --circle-px, where it is"
             )
@@ -176,7 +178,7 @@ class _Run:
             else:
                 self.passages.append(self._passage_row(event))
             if self._has_centroid or not isinstance(event, Attempt):
-                self.model.take_event(event)
+                self._model.take_event(event)
 
     def _passage_row(self, event: Any) -> Row:
         row = passages.passage_row(event)
@@ -187,15 +189,15 @@ class _Run:
     def _count(self, placed: Placed) -> None:
         codes, counts = np.unique(placed.status, return_counts=True)
         for code, count in zip(codes, counts, strict=True):
-            self.statuses[Status(int(code)).label] += int(count)
+            self._statuses[Status(int(code)).label] += int(count)
         x, y = placed.x_mm["head"], placed.y_mm["head"]
         inside = (placed.where == Where.CHAMBER_A) | (placed.where == Where.CHAMBER_B)
         r_mm, most_mm = np.hypot(x, y), STRAY * self._geometry.chambers[0].radius_m * MM
         strayed = r_mm > np.where(inside, most_mm, most_mm + self._geometry.passage_length_m * MM)
-        self.heads += int(np.count_nonzero(np.isfinite(r_mm)))
-        self.strays += int(np.count_nonzero(strayed))
+        self._heads += int(np.count_nonzero(np.isfinite(r_mm)))
+        self._strays += int(np.count_nonzero(strayed))
         for code in np.unique(placed.where[inside]):
-            self.chambers.add(Where(int(code)).label)
+            self._chambers.add(Where(int(code)).label)
 
 
 def states_of(rows: Rows, placed: Placed) -> Iterator[BodyState]:

@@ -64,30 +64,12 @@ def watchdog(patience_s: float) -> Iterator[Watch]:
 
     def interrupt(number: int, frame: FrameType | None) -> None:
         if watch.since_s < math.inf:
-            raise NodeFailed(_line(watch.node, patience_s))
+            raise NodeFailed(_hangs(watch.node, patience_s))
 
-    def look() -> None:
-        told = False
-        step_s, silent_s, since_s = min(1.0, patience_s / 4), 0.0, math.inf
-        while not over.wait(step_s):
-            # Only what this thread saw pass: a process that is stopped (Ctrl-Z) does not hang.
-            silent_s = silent_s + step_s if watch.since_s == since_s < math.inf else 0.0
-            since_s = watch.since_s
-            if silent_s > 2 * patience_s:
-                print(
-                    f"{_line(watch.node, silent_s)}; it cannot be interrupted and the process ends",
-                    file=sys.stderr,
-                    flush=True,
-                )
-                os._exit(_INCOMPLETE)
-            if silent_s > patience_s and not told:
-                told = True
-                faulthandler.dump_traceback(file=sys.__stderr__ or 2, all_threads=True)
-                signal.pthread_kill(main, _SIGNAL)
-
-    main = threading.main_thread().ident or 0
     before = signal.signal(_SIGNAL, interrupt)
-    thread = threading.Thread(target=look, name="watchdog", daemon=True)
+    thread = threading.Thread(
+        target=_interrupt_what_hangs, args=(watch, patience_s, over), name="watchdog", daemon=True
+    )
     thread.start()
     try:
         yield watch
@@ -97,5 +79,25 @@ def watchdog(patience_s: float) -> Iterator[Watch]:
         signal.signal(_SIGNAL, before)
 
 
-def _line(node: str, silent_s: float) -> str:
+def _interrupt_what_hangs(watch: Watch, patience_s: float, over: threading.Event) -> None:
+    told = False
+    step_s, silent_s, since_s = min(1.0, patience_s / 4), 0.0, math.inf
+    while not over.wait(step_s):
+        # Only what this thread saw pass: a process that is stopped (Ctrl-Z) does not hang.
+        silent_s = silent_s + step_s if watch.since_s == since_s < math.inf else 0.0
+        since_s = watch.since_s
+        if silent_s > 2 * patience_s:
+            print(
+                f"{_hangs(watch.node, silent_s)}; it cannot be interrupted and the process ends",
+                file=sys.stderr,
+                flush=True,
+            )
+            os._exit(_INCOMPLETE)
+        if silent_s > patience_s and not told:
+            told = True
+            faulthandler.dump_traceback(file=sys.__stderr__ or 2, all_threads=True)
+            signal.pthread_kill(threading.main_thread().ident or 0, _SIGNAL)
+
+
+def _hangs(node: str, silent_s: float) -> str:
     return f"node {node or 'of the graph'} hangs: it has not come back for {silent_s:.0f} s"
