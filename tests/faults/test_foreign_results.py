@@ -10,8 +10,9 @@ import pyarrow.parquet as pq
 import pytest
 from report_trial import record, states, telegraph_walk
 
-from worm_analysis.report import ReportError, write_report
+from worm_analysis.report import write_report
 from worm_analysis.results import read_results
+from worm_msgs_py.errors import ReportError
 
 MARKUP = "<script>alert(1)</script>"
 NASTY = [

@@ -6,8 +6,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from worm_bringup.tracks.track_table import TrackTable
-from worm_model.evaluation import EvaluationError, evaluate, frame_table_of
-from worm_msgs_py.errors import BadInput
+from worm_model.evaluation import evaluate, frame_table_of
+from worm_msgs_py.errors import BadInput, EvaluationError
 
 N = 200
 

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 
 from worm_model.evaluation import (
     ChamberCircle,
-    EvaluationError,
     evaluate,
     frame_table_of,
     read_tracks,
     read_truth,
 )
 from worm_model.evaluation.figures import matches, runs
+from worm_msgs_py.errors import EvaluationError
 
 FRAMES, STEP_NS = 200, 100_000_000
 """20 s at 10 frames a second."""

@@ -21,5 +21,17 @@ class NoChamberFound(TrackerError):  # noqa: N818 (the name is part of the track
     """No circular chamber stands out in the first pictures."""
 
 
+class ReportError(ValueError):
+    """The results cannot be reported; the message names the file, the cause and the remedy."""
+
+
+class EvaluationError(ValueError):
+    """A table cannot be evaluated: one line that names it, the cause and the remedy."""
+
+
 class NodeFailed(RuntimeError):  # noqa: N818
     """A node of the graph failed or hangs; its traceback is on stderr."""
+
+
+RUN_AGAIN = "run `worm replay` or `worm analyse` again"
+"""The remedy for results that cannot be read."""

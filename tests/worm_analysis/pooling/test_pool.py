@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from worm_analysis.pooling import Pool, group_width_mm, pooled_trial
 from worm_analysis.pooling.pool import BY_TRIALS, NO_INTERVAL, WITHIN_TRIALS
 from worm_analysis.report.report_data import of_pool, of_trial
-from worm_analysis.results import ReportError, read_results
+from worm_analysis.results import read_results
 from worm_analysis.statistics import block_jackknife
+from worm_msgs_py.errors import ReportError
 from worm_msgs_py.paper import EXIT_WIDTHS_MM
 
 WIDTHS = (1.0, 1.0, 1.0, 3.0, 3.0, 3.0)

@@ -6,7 +6,8 @@ import pyarrow.parquet as pq
 import pytest
 from report_trial import record, states
 
-from worm_analysis.report import ReportError, write_report
+from worm_analysis.report import write_report
+from worm_msgs_py.errors import ReportError
 
 FILES = ["tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json"]
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from worm_analysis.results.errors import ReportError
 from worm_analysis.results.sums import SCHEMA, read_sums, write_sums
+from worm_msgs_py.errors import ReportError
 
 rows = arrays(
     np.float64,

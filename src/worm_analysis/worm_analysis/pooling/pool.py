@@ -8,12 +8,12 @@ from math import floor, isfinite, log10
 import numpy as np
 
 from worm_analysis.pooling.pooled_trial import PooledTrial
-from worm_analysis.results import ReportError
 from worm_analysis.summary.quantities import Definition, definitions
 from worm_analysis.summary.settings import EstimateSettings
 from worm_analysis.summary.sums import Sums, TrialSums
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.errors import ReportError
 from worm_msgs_py.paper import EXIT_WIDTHS_MM, SAME_WIDTH
 
 SAME_RADIUS = 0.01

@@ -2,6 +2,5 @@
 
 from worm_analysis.report.pooled_report import write_pooled_report
 from worm_analysis.report.report import write_report
-from worm_analysis.results import ReportError
 
-__all__ = ["ReportError", "write_pooled_report", "write_report"]
+__all__ = ["write_pooled_report", "write_report"]

@@ -14,8 +14,8 @@ from worm_analysis.pooling import Pool, Pooled, WalkPrediction, group_width_mm, 
 from worm_analysis.report.examples import Indices, candidates
 from worm_analysis.report.report import environment, source_name, trial_context
 from worm_analysis.report.symbols import under_rule
-from worm_analysis.results import ReportError, Results, read_results
-from worm_analysis.results.errors import REMEDY
+from worm_analysis.results import Results, read_results
+from worm_msgs_py.errors import RUN_AGAIN, ReportError
 from worm_msgs_py.files.whole_files import whole_file
 
 EXAMPLES = 3
@@ -115,7 +115,7 @@ def _read(
         try:
             results = read_results(directory)
         except ReportError as error:
-            bad.append(str(error).removesuffix(f": {REMEDY}"))
+            bad.append(str(error).removesuffix(f": {RUN_AGAIN}"))
             continue
         if not results.chambers:
             bad.append(f"{directory}: no chamber in the picture")

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from worm_analysis.results import entries
-from worm_analysis.results.errors import REMEDY, ReportError
+from worm_msgs_py.errors import RUN_AGAIN, ReportError
 from worm_msgs_py.files.record_file import RecordFile
 
 WORDS = ("where", "status", "chamber", "kind", "record", "stroke_phase")
@@ -113,17 +113,17 @@ def read_table(path: Path, columns: Iterable[str]) -> Columns:
         known = set(pq.read_schema(path).names)
         missing = [name for name in wanted if name not in known]
         if missing:
-            raise ReportError(f"{path}: has no column {', '.join(map(repr, missing))}: {REMEDY}")
+            raise ReportError(f"{path}: has no column {', '.join(map(repr, missing))}: {RUN_AGAIN}")
         table = pq.read_table(path, columns=wanted)
         return {name: _to_numpy(name, table.column(name)) for name in wanted}
     except FileNotFoundError:
-        raise ReportError(f"{path}: not there: {REMEDY}") from None
+        raise ReportError(f"{path}: not there: {RUN_AGAIN}") from None
     except (OSError, pa.ArrowException) as error:
-        raise ReportError(f"{path}: cannot be read as Parquet ({error}): {REMEDY}") from error
+        raise ReportError(f"{path}: cannot be read as Parquet ({error}): {RUN_AGAIN}") from error
     except ReportError:
         raise
     except ValueError as error:
-        raise ReportError(f"{path}: {error}: {REMEDY}") from None
+        raise ReportError(f"{path}: {error}: {RUN_AGAIN}") from None
 
 
 def _to_numpy(name: str, column: Any) -> NDArray[Any]:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from worm_analysis.results import contacts, passages, tracks
-from worm_analysis.results.errors import REMEDY, ReportError
 from worm_analysis.results.parquet_table import Columns, read_table
 from worm_analysis.results.summary import (
     chamber_of,
@@ -23,6 +22,7 @@ from worm_analysis.results.sums import read_sums
 from worm_msgs_py import Chamber, Comparison, Correlation, Quantity
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.source_events import SourceEvent, read_source_events
+from worm_msgs_py.errors import RUN_AGAIN, ReportError
 from worm_msgs_py.units import MM_PER_M, NS_PER_S
 
 
@@ -100,7 +100,7 @@ def read_results(directory: Path) -> Results:
         Where a file is missing, damaged, incomplete or lacks a column.
     """
     if not directory.is_dir():
-        raise ReportError(f"{directory}: no such results directory: {REMEDY}")
+        raise ReportError(f"{directory}: no such results directory: {RUN_AGAIN}")
     summary_path = directory / "summary.json"
     summary = read_summary(summary_path)
     tables = [
@@ -112,7 +112,7 @@ def read_results(directory: Path) -> Results:
         return _assemble(tables, summary, read_sums(directory / "sums.parquet"))
     except (KeyError, TypeError, AttributeError, ValueError, ArithmeticError) as error:
         raise ReportError(
-            f"{summary_path}: not a summary of this version ({error!r}): {REMEDY}"
+            f"{summary_path}: not a summary of this version ({error!r}): {RUN_AGAIN}"
         ) from error
 
 

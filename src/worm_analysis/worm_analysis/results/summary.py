@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from worm_analysis.results import entries
-from worm_analysis.results.errors import REMEDY, ReportError
 from worm_msgs_py import (
     Chamber,
     Comparison,
@@ -24,6 +23,7 @@ from worm_msgs_py import (
 )
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
+from worm_msgs_py.errors import RUN_AGAIN, ReportError
 from worm_msgs_py.files.json_files import read_json
 from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.limits import RADIUS
@@ -197,18 +197,20 @@ def read_summary(path: Path) -> Mapping[str, Any]:
     try:
         summary: Any = read_json(path)
     except FileNotFoundError:
-        raise ReportError(f"{path}: not there, so this is no result of a trial: {REMEDY}") from None
+        raise ReportError(
+            f"{path}: not there, so this is no result of a trial: {RUN_AGAIN}"
+        ) from None
     except (OSError, ValueError) as error:
-        raise ReportError(f"{path}: cannot be read ({error}): {REMEDY}") from error
+        raise ReportError(f"{path}: cannot be read ({error}): {RUN_AGAIN}") from error
     missing = [
         key
         for key in ("quantities", "geometry", "frames", "provenance")
         if not isinstance(summary, dict) or not isinstance(summary.get(key), dict)
     ]
     if missing:
-        raise ReportError(f"{path}: lacks {missing[0]!r}: {REMEDY}")
+        raise ReportError(f"{path}: lacks {missing[0]!r}: {RUN_AGAIN}")
     if summary.get("complete") is not True and not summary.get("why_not_complete"):
-        raise ReportError(f"{path}: says that the results are not complete: {REMEDY}")
+        raise ReportError(f"{path}: says that the results are not complete: {RUN_AGAIN}")
     return dict(summary)
 
 

@@ -5,7 +5,6 @@ from typing import NoReturn
 
 import typer
 
-from worm_analysis.report import ReportError
 from worm_bringup.cli.analyse import analyse
 from worm_bringup.cli.doctor import doctor
 from worm_bringup.cli.evaluate import evaluate
@@ -20,7 +19,7 @@ from worm_bringup.cli.simulate import simulate
 from worm_bringup.cli.usage import UsageFault, usage_line
 from worm_bringup.outputs.results_directory import Kept
 from worm_bringup.trial import EndedEarly, Incomplete
-from worm_msgs_py.errors import BadInput, NodeFailed
+from worm_msgs_py.errors import BadInput, NodeFailed, ReportError
 from worm_msgs_py.ros.running import interrupted_by_signals
 from worm_msgs_py.text import printable
 

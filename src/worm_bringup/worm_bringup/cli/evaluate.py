@@ -12,13 +12,12 @@ from worm_bringup.cli.terminal import Terminal
 from worm_model.evaluation import (
     CERTAIN,
     Evaluation,
-    EvaluationError,
     Figure,
     read_tracks,
     read_truth,
 )
 from worm_model.evaluation import evaluate as compare
-from worm_msgs_py.errors import BadInput
+from worm_msgs_py.errors import BadInput, EvaluationError
 from worm_msgs_py.limits import Limit
 
 

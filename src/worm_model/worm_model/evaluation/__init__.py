@@ -1,14 +1,13 @@
 """How far a trial's tracks are from its truth: every figure with the number of its frames."""
 
 from worm_model.evaluation.figures import CERTAIN, Evaluation, Figure, evaluate
-from worm_model.evaluation.record import ChamberCircle, EvaluationError, FrameTable
+from worm_model.evaluation.record import ChamberCircle, FrameTable
 from worm_model.evaluation.tables import frame_table_of, read_tracks, read_truth
 
 __all__ = [
     "CERTAIN",
     "ChamberCircle",
     "Evaluation",
-    "EvaluationError",
     "Figure",
     "FrameTable",
     "evaluate",

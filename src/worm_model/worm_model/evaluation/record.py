@@ -6,14 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.errors import EvaluationError
 
 LEAST_IN_COMMON = 0.9
 """Of the frames of the shorter table."""
 FEWEST_FRAMES = 20
-
-
-class EvaluationError(ValueError):
-    """A table cannot be evaluated: one line that names it, the cause and the remedy."""
 
 
 @dataclass(frozen=True, slots=True)

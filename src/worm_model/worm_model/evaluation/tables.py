@@ -10,9 +10,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from worm_model.evaluation.record import ChamberCircle, EvaluationError, FrameTable
+from worm_model.evaluation.record import ChamberCircle, FrameTable
 from worm_msgs_py import Status
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.errors import EvaluationError
 from worm_msgs_py.files.json_files import read_json
 
 TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
