@@ -11,10 +11,10 @@ from worm_tracker.head_tail.identity import (
     Exchange,
     ExchangeKind,
     HeadTail,
-    LinkDecision,
     certainty,
     certainty_before_link,
 )
+from worm_tracker.head_tail.link import LinkDecision
 from worm_tracker.observation import Observation
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.head_tail.appearance import AppearanceModel, AppearanceSettings
-from worm_tracker.head_tail.link import BodyMotion, Chain, LinkSettings
+from worm_tracker.head_tail.link import BodyMotion, Chain, Link, LinkDecision, LinkSettings
 from worm_tracker.observation import Observation
 from worm_tracker.worm_track import WormTrack
 
@@ -71,44 +71,6 @@ class Exchange:
     frame: int
     stamp_ns: int
     head_certainty: float
-
-
-@dataclass(frozen=True, slots=True)
-class LinkDecision:
-    """What the appearance of the ends says of a link that was in doubt.
-
-    Attributes
-    ----------
-    frames : int
-        How many frames before this one it led to.
-    was_reversed : bool
-        Whether it was the wrong way round: what came after it is turned round.
-    reliability : float
-        Probability, 0.5 to 1, of that.
-    """
-
-    frames: int
-    was_reversed: bool
-    reliability: float
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Linked:
-    """An observation joined to those before it.
-
-    Attributes
-    ----------
-    observation : Observation
-        Its midline in the order of the chain, which is the same for all linked midlines.
-    reliability : float
-        Probability, 0.5 to 1, that the link to the one before is not the wrong way round.
-    decision : LinkDecision or None
-        On an earlier link, where this frame's appearance has decided it.
-    """
-
-    observation: Observation
-    reliability: float
-    decision: LinkDecision | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -254,7 +216,7 @@ class HeadTail:
         if self._doubt is not None:
             self._doubt = replace(self._doubt, frames=self._doubt.frames + 1)
 
-    def push(self, observation: Observation) -> Linked:
+    def push(self, observation: Observation) -> Link:
         """Join the next midline, which may be either way round, and weigh what it says."""
         link = self._chain.push(observation)
         seen, reliability = link.observation, link.reliability
@@ -266,7 +228,7 @@ class HeadTail:
             self._chain.reverse()
             seen = seen.reversed()
         self._note_swap()
-        return Linked(seen, reliability, decision)
+        return replace(link, observation=seen, decision=decision)
 
     def _cross(self, reliability: float) -> None:
         """Take the belief over a link."""

@@ -55,6 +55,25 @@ class BodyMotion:
     ends_sideways_px2: Floats
 
 
+@dataclass(frozen=True, slots=True)
+class LinkDecision:
+    """What the appearance of the ends says of a link that was in doubt.
+
+    Attributes
+    ----------
+    frames : int
+        How many frames before this one it led to.
+    was_reversed : bool
+        Whether it was the wrong way round: what came after it is turned round.
+    reliability : float
+        Probability, 0.5 to 1, of that.
+    """
+
+    frames: int
+    was_reversed: bool
+    reliability: float
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Link:
     """An observation linked to those before it.
@@ -67,11 +86,14 @@ class Link:
         Probability, 0.5 to 1, that the link to the one before is not the wrong way round.
     motion : BodyMotion or None
         Since the one before; None where that was too long ago.
+    decision : LinkDecision or None
+        On an earlier link, where this frame's appearance has decided it.
     """
 
     observation: Observation
     reliability: float
     motion: BodyMotion | None
+    decision: LinkDecision | None = None
 
 
 class Chain:
