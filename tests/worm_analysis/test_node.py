@@ -20,7 +20,7 @@ from worm_msgs_py.ros.qos import FLOW, LATCHED_SET_DEPTH
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.sources.source_node import drain
 
-ANALYSIS = [topic for topic in topics.RESULTS if topic.startswith("analysis/")]
+ANALYSIS = [topic for topic in RESULTS if topic.startswith("analysis/")]
 
 
 class Surroundings(Node):

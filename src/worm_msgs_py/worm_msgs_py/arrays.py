@@ -10,4 +10,4 @@ Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
 Complex = NDArray[np.complex128]
-"""Points of the picture as numbers u + iv."""
+"""Of the picture: points as numbers u + iv."""

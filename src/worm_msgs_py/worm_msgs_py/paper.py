@@ -5,8 +5,6 @@ In the units in which people read them: mm, s, degrees. An interval is value, lo
 
 from math import inf, nan
 
-Interval = tuple[float, float, float]
-
 # The rig and the worm: section on the experiment, Fig. 1a.
 RADIUS_MM, DEPTH_MM, PASSAGE_LENGTH_MM = 10.0, 1.5, 35.0
 """R, h and L."""
@@ -30,23 +28,23 @@ SPEED_MM_S = 2.02
 """v_w (Fig. 4c)."""
 BODY_ANGLE_DEG = 32.0
 """The mean of both peaks of |ψ_b| (Fig. 1e)."""
-T_PER_S: Interval = (27.0, 26.5, 27.5)
+T_PER_S = (27.0, 26.5, 27.5)
 """Fig. 7a. The paper gives no interval: half of the last digit."""
 ROUND_S = 40.0
 """One round along the wall, as the text estimates it at v_w = 3 mm/s and ψ_b = 32°."""
 
 # The search and the escape: sections on Figs 5, 6 and 8.
-REVERSAL: Interval = (0.30, 0.25, 0.35)
+REVERSAL = (0.30, 0.25, 0.35)
 """Text: "approximately 30% of the times"; the interval is what rounds to it."""
-REVERSAL_OF_FIG_6: Interval = (0.45, 0.35, 0.55)
+REVERSAL_OF_FIG_6 = (0.45, 0.35, 0.55)
 """Caption of Fig. 6, with its shaded region; taken for reversals per slide and hop."""
 WALK_SLIDE_MM, WALK_HOP_MM = 1.96, 1.47
 """⟨d_c⟩ and ⟨d_nc⟩ of the simulated walk: caption of Fig. 6."""
-TAU_H_OF_THE_TEXT_S: Interval = (nan, ROUND_S, inf)
+TAU_H_OF_THE_TEXT_S = (nan, ROUND_S, inf)
 """Text: longer than the time in which the worm moves once around the chamber."""
 SUCCESS = 0.60
 """Of the head's entries, for every W (Fig. 8)."""
-ESCAPE_RATIO: Interval = (nan, 1.0 / SUCCESS, 2.0)
+ESCAPE_RATIO = (nan, 1.0 / SUCCESS, 2.0)
 """Text: "nearly twice as long as compared to ⟨τ_h⟩"; 1/0.6 if every search took as long."""
 
 _VALUES = {

@@ -37,27 +37,3 @@ FLOW_FINISHED = "flow/finished"
 """From each node as it finishes, latched: how many messages it has sent on each topic."""
 FLOW_END = "flow/end"
 """From the source, latched: the number of frames that were sent; nothing comes after them."""
-
-RESULTS = (
-    CHAMBER,
-    CHAMBER_GEOMETRY,
-    WORM_STATE,
-    WORM_HEAD,
-    WORM_CENTROID,
-    WORM_TAIL,
-    WORM_MIDLINE,
-    ANALYSIS_STATE,
-    ANALYSIS_EVENTS,
-    ANALYSIS_CORRELATION,
-    ANALYSIS_DISTRIBUTIONS,
-    ANALYSIS_SUMMARY,
-    ANALYSIS_SUMS,
-    MODEL_FORECAST,
-    MODEL_COMPARISON,
-    MODEL_CORRELATION,
-    SOURCE_EVENTS,
-)
-"""Every topic that carries a result and is recorded into the results' bag."""
-
-HEARD = (*RESULTS, IMAGE, IMAGE_COMPRESSED, FLOW_TRACKED, FLOW_RECORDED, FLOW_FINISHED, FLOW_END)
-"""Every topic that a node of the graph subscribes to."""

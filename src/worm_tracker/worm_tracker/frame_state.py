@@ -1,7 +1,7 @@
 """From an observation, its head and the rig to what the tracker says of a frame."""
 
 from dataclasses import dataclass
-from math import atan2, hypot, inf, isfinite
+from math import atan2, hypot, inf, isfinite, nan
 
 import numpy as np
 
@@ -13,8 +13,7 @@ from worm_msgs_py.contract.locating import is_in_passage
 from worm_tracker.midline.curve import arc_length
 from worm_tracker.observation import Observation
 
-NAN = float("nan")
-_UNKNOWN = np.full(2, NAN)
+_UNKNOWN = np.full(2, nan)
 
 
 @dataclass(eq=False, slots=True)
@@ -43,7 +42,7 @@ def tracked_frame(
     pending: PendingFrame,
     head_first: bool,
     head_certainty: float,
-    px_per_mm: float = NAN,
+    px_per_mm: float = nan,
     home: str = "",
 ) -> TrackedFrame:
     """Put together all that is said of one frame.
@@ -66,7 +65,7 @@ def tracked_frame(
     points, body, centre = seen.points, seen.has_midline, np.array([seen.u, seen.v])
     chamber, where = locate(geometry, points[0] if body else centre, home)
     scale = 1e3 * px_per_mm if chamber is None else chamber.px_per_m
-    length = float(arc_length(points)[-1]) if body and not any(seen.occluded) else NAN
+    length = float(arc_length(points)[-1]) if body and not any(seen.occluded) else nan
     head_seen = body and not seen.occluded[0]
     head, tail = _tips(seen, chamber, scale)
     state = BodyState(
@@ -107,8 +106,8 @@ def _midline(seen: Observation, chamber: Chamber | None, scale: float) -> Midlin
         head, tail = seen.occluded
         unseen = np.ones(len(points), bool)
         unseen[head : len(points) - tail] = False
-        points, s[unseen], widths[unseen] = points.copy(), NAN, NAN
-        points[unseen] = NAN
+        points, s[unseen], widths[unseen] = points.copy(), nan, nan
+        points[unseen] = nan
     x, y = _metres(points[:, 0], points[:, 1], chamber, scale)
     u, v = np.ascontiguousarray(points.T)
     return Midline(u, v, x, y, s, widths)

@@ -2,13 +2,12 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from math import hypot, isfinite
+from math import hypot, isfinite, nan
 
 from worm_msgs_py import limits
 from worm_msgs_py.errors import TrackerError
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, MEGAPIXELS
 
-NAN = float("nan")
 LIMITS = {
     "radius_m": limits.RADIUS,
     "centre_u_px": limits.PLACE_PX,
@@ -87,17 +86,17 @@ class TrackerParameters:
     polarity: Polarity = Polarity.DARK
     no_chamber: bool = False
     radius_m: float = 0.01
-    centre_u_px: float = NAN
-    centre_v_px: float = NAN
-    radius_px: float = NAN
-    centre_b_u_px: float = NAN
-    centre_b_v_px: float = NAN
-    radius_b_px: float = NAN
-    exit_deg: float = NAN
-    exit_width_m: float = NAN
+    centre_u_px: float = nan
+    centre_v_px: float = nan
+    radius_px: float = nan
+    centre_b_u_px: float = nan
+    centre_b_v_px: float = nan
+    radius_b_px: float = nan
+    exit_deg: float = nan
+    exit_width_m: float = nan
     depth_m: float = 1.5e-3
-    passage_length_m: float = NAN
-    px_per_mm: float = NAN
+    passage_length_m: float = nan
+    px_per_mm: float = nan
     hold_back_frames: int = 256
     calibration_frames: int = 10
     max_megapixels: float = MAX_MEGAPIXELS

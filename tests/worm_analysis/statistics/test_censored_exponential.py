@@ -6,9 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_analysis.statistics.censored_exponential import ExcessSums
-from worm_analysis.statistics.estimators import (
-    exponential_mean,
-)
+from worm_msgs_py.intervals import exponential_mean
 
 NS = 10**9
 

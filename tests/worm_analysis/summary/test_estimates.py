@@ -3,11 +3,9 @@
 import numpy as np
 
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
-from worm_analysis.statistics.estimators import (
-    exponential_mean,
-)
 from worm_analysis.summary.estimates import length as exponential_length
 from worm_analysis.summary.sums import Sums
+from worm_msgs_py.intervals import exponential_mean
 
 NS = 10**9
 

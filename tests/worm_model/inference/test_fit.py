@@ -4,15 +4,13 @@ from math import radians, sin
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from worm_model.boundary_walk.parameters import ReversalRule
 from worm_model.inference.fit import REVERSAL_NAMES, Speed, fit_walk
-from worm_model.inference.intervals import exponential_mean, fraction
 from worm_model.inference.reversal_counts import PhaseDirections, Reversals
 from worm_model.simulator.rig import Rig
 from worm_msgs_py import Episode, EpisodeKind, Quantity
+from worm_msgs_py.intervals import fraction
 
 GEOMETRY = Rig(exit_width_mm=1.0).geometry()
 W_S = Quantity("w_s", 1.8027756377319946, unit="mm")
@@ -61,25 +59,6 @@ def test_intervals_of_counted_reversals_cover_the_truth():
         )
     )
     assert covered >= 184  # 95 % of 200, less two and a half standard deviations
-
-
-def test_intervals_of_an_exponential_mean_cover_the_truth_also_where_some_are_cut_short():
-    random, covered = np.random.default_rng(4), 0
-    for _ in range(300):
-        times, limit = random.exponential(40.0, 20), 60.0
-        ended = times < limit
-        _, low, high = exponential_mean(int(ended.sum()), float(np.minimum(times, limit).sum()))
-        covered += low <= 40.0 <= high
-    assert covered >= 275
-
-
-@given(st.integers(1, 400), st.data())
-def test_a_fraction_lies_in_its_interval(n, data):
-    count = data.draw(st.integers(0, n))
-    value, low, high = fraction(count, n)
-    assert 0.0 <= low <= value <= high <= 1.0
-    assert (low == 0.0) == (count == 0)
-    assert (high == 1.0) == (count == n)
 
 
 def test_a_break_in_the_track_and_an_episode_below_the_resolution_say_nothing():

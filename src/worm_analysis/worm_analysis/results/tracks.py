@@ -12,9 +12,9 @@ import pyarrow as pa
 
 from worm_analysis.results.parquet_table import Row
 from worm_msgs_py import BodyState, Keypoint, Midline, Observables
+from worm_msgs_py.contract.body import KEYPOINTS
 from worm_msgs_py.units import MM_PER_M
 
-POINTS = ("head", "centroid", "tail")
 _REAL = pa.float64()
 _DEGREES = degrees(1.0)
 _OBSERVED = {
@@ -37,9 +37,9 @@ SCHEMA = pa.schema(
         ("status", pa.string()),
         ("confidence", _REAL),
         ("head_certainty", _REAL),
-        *((f"{point}_{axis}_px", _REAL) for point in POINTS for axis in "uv"),
-        *((f"{point}_{axis}_mm", _REAL) for point in POINTS for axis in "xy"),
-        *((f"{point}_yaw_deg", _REAL) for point in POINTS),
+        *((f"{point}_{axis}_px", _REAL) for point in KEYPOINTS for axis in "uv"),
+        *((f"{point}_{axis}_mm", _REAL) for point in KEYPOINTS for axis in "xy"),
+        *((f"{point}_yaw_deg", _REAL) for point in KEYPOINTS),
         ("midline_u_px", pa.list_(pa.float32())),
         ("midline_v_px", pa.list_(pa.float32())),
         ("midline_width_px", pa.list_(pa.float32())),

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
-from worm_analysis.statistics.estimators import Estimate
 from worm_msgs_py.arrays import Floats, Integers, Mask
+from worm_msgs_py.intervals import Interval
 
 CRITICAL = 1.9207
 """Fall of the log likelihood at the ends of a 95 % interval: half of χ²'s quantile."""
@@ -26,9 +26,9 @@ class Penetration:
         Value, low and high, 1/unit of the edges; an end that the data do not bound is NaN.
     """
 
-    beta: Estimate
-    alpha: Estimate
-    const: Estimate
+    beta: Interval
+    alpha: Interval
+    const: Interval
 
 
 def fit_penetration(edges: Floats, counts: Integers) -> Penetration:

@@ -5,14 +5,14 @@ from math import nan
 import numpy as np
 
 from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
-from worm_analysis.statistics.estimators import Estimate
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.intervals import Interval
 
 NO_SPREAD = 1e-12
 """A variance below this part of the mean square is rounding: the series does not vary."""
 
 
-def pearson(units: Units, level: float = 0.95) -> Estimate:
+def pearson(units: Units, level: float = 0.95) -> Interval:
     """Return the correlation and its interval.
 
     The interval is that of Fisher's z = artanh r, whose error comes from leaving out parts of the

@@ -8,10 +8,10 @@ from scipy.optimize import minimize_scalar
 from scipy.special import stdtrit
 
 from worm_analysis.statistics.block_jackknife import Units
-from worm_analysis.statistics.estimators import Estimate
 from worm_analysis.summary.settings import DEFAULTS
 from worm_msgs_py import Correlation
 from worm_msgs_py.arrays import Floats, Integers
+from worm_msgs_py.intervals import Interval
 
 FEWEST_PARTS_AT_LAG = 5
 """Fewer parts with pairs at a lag say nothing of the error there."""
@@ -68,7 +68,7 @@ def _error(units: Units) -> Floats:
 
 def persistence_time(
     units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
-) -> Estimate:
+) -> Interval:
     """Return t_per, s: the decay time of exp(−t/t_per), fitted to C_θ.
 
     Least squares over all lags, weighted by the number of pairs. The interval is the fit's linear

@@ -15,25 +15,21 @@ from worm_analysis.accumulators.bins import ANGLE_EDGES, DEPTH_BIN_M, RADIUS_EDG
 from worm_analysis.accumulators.body_size import histogram_median
 from worm_analysis.kinematics.observables import wrap_angle
 from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
-from worm_analysis.statistics.estimators import (
-    Estimate,
-    exponential_mean,
-    fraction,
-    merged_excursion_factor,
-    peak_positions,
-    per_true_cycle,
-    poisson_rate,
-    unmerged_means,
-)
 from worm_analysis.statistics.goodness_of_fit import exponential_p, grouped
-from worm_analysis.statistics.histograms import bin_centres
+from worm_analysis.statistics.histograms import bin_centres, peak_positions
 from worm_analysis.statistics.penetration_law import Penetration, fit_penetration
 from worm_analysis.statistics.sample_correlation import pearson
+from worm_analysis.statistics.unseen_episodes import (
+    merged_excursion_factor,
+    per_true_cycle,
+    unmerged_means,
+)
 from worm_analysis.summary.direction_persistence import persistence_time
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.intervals import Interval, exponential_mean, fraction, poisson_rate
 
-Estimator = Callable[[Sums], Estimate]
+Estimator = Callable[[Sums], Interval]
 ValueOf = Callable[[Floats], Floats]
 """From sums of shape (m, k) to m values."""
 
@@ -48,7 +44,7 @@ def _second_over_first(sums: Floats) -> Floats:
     return over(sums[:, 1], sums[:, 0])
 
 
-def _symmetric(units: Units, value_of: ValueOf) -> Estimate:
+def _symmetric(units: Units, value_of: ValueOf) -> Interval:
     value = float(value_of(units.total()[None])[0])
     half = jackknife_half_width(units, value_of) if isfinite(value) else nan
     return value, value - half, value + half
@@ -85,7 +81,7 @@ def radius_peak(name: str) -> Estimator:
     """Return the estimator of the mode of P(r), in units of R."""
     centres = bin_centres(RADIUS_EDGES)
 
-    def estimate(sums: Sums) -> Estimate:
+    def estimate(sums: Sums) -> Interval:
         units = sums.smoothed(name, sums.settings.radius_smoothing_bins, "constant")
         return _symmetric(units, lambda rows: peak_positions(rows, centres))
 
@@ -96,7 +92,7 @@ def angle_peak(name: str, side: int) -> Estimator:
     """Return the estimator of the mode of an angle below (0) or above (1) zero, rad."""
     centres = np.split(bin_centres(ANGLE_EDGES), 2)[side]
 
-    def estimate(sums: Sums) -> Estimate:
+    def estimate(sums: Sums) -> Interval:
         units = sums.smoothed(name, sums.settings.angle_smoothing_bins, "wrap")
         return _symmetric(units, lambda rows: peak_positions(np.split(rows, 2, 1)[side], centres))
 
@@ -106,7 +102,7 @@ def angle_peak(name: str, side: int) -> Estimator:
 def direction(name: str) -> Estimator:
     """Return the estimator of a mean angle, from the sums of 1, sine and cosine, rad."""
 
-    def estimate(sums: Sums) -> Estimate:
+    def estimate(sums: Sums) -> Interval:
         units = sums.units(name)
         _, up, along = units.total()
         middle = float(np.arctan2(up, along))
@@ -121,7 +117,7 @@ def direction(name: str) -> Estimator:
 def share(name: str) -> Estimator:
     """Return the estimator of a fraction, from n and the number of successes."""
 
-    def estimate(sums: Sums) -> Estimate:
+    def estimate(sums: Sums) -> Interval:
         n, successes = (round(part) for part in sums.total(name))
         value, low, high = fraction(successes, n)
         half = jackknife_half_width(sums.units(name), _second_over_first)
@@ -137,7 +133,7 @@ def share(name: str) -> Estimator:
 def rate(name: str) -> Estimator:
     """Return the estimator of a rate, from the time (a whole exposure) and a count."""
 
-    def estimate(sums: Sums) -> Estimate:
+    def estimate(sums: Sums) -> Interval:
         exposure, count = sums.total(name)
         law = poisson_rate(round(count), float(exposure))
         return _on_log_scale(law, jackknife_half_width(sums.units(name), _second_over_first))
@@ -145,7 +141,7 @@ def rate(name: str) -> Estimator:
     return estimate
 
 
-def _on_log_scale(law: Estimate, half: float) -> Estimate:
+def _on_log_scale(law: Interval, half: float) -> Interval:
     """Return the wider one of a law's interval and one that is symmetric in the logarithm."""
     value, low, high = law
     if isfinite(half) and value > 0:
@@ -166,7 +162,7 @@ def length(name: str, which: int | None = None, rule: str = "") -> Estimator:
         Of contact, as in the sums' names.
     """
 
-    def estimate(sums: Sums) -> Estimate:
+    def estimate(sums: Sums) -> Interval:
         n, excess = sums.total(name)[:2]
         if not n:
             return nan, nan, nan
@@ -198,8 +194,8 @@ def head_step_m(sums: Sums, rule: str = "") -> float:
     return float(distance_m / intervals) if intervals else 0.0
 
 
-def reversal_chance(sums: Sums) -> Estimate:
-    """Estimate the chance of a reversal per cycle of slide and hop."""
+def reversal_chance(sums: Sums) -> Interval:
+    """Interval the chance of a reversal per cycle of slide and hop."""
     seen = share("reversal_per_cycle")(sums)
     cycles = _cycles_in_one(sums)
     value, low, high = (per_true_cycle(end, cycles) for end in seen)
@@ -226,7 +222,7 @@ def exponential_fit(name: str, bin_width: float) -> Estimator:
     whatever its mean.
     """
 
-    def estimate(sums: Sums) -> Estimate:
+    def estimate(sums: Sums) -> Interval:
         total = sums.total(name)
         whole, excess = np.rint(total[:-1]).astype(np.int64), float(total[-1])
         coarse = bin_width
@@ -273,16 +269,16 @@ def penetration_part(part: str) -> Estimator:
     def values_of(rows: Floats) -> Floats:
         return np.array([getattr(penetration(row), part)[0] for row in rows])
 
-    def estimate(sums: Sums) -> Estimate:
+    def estimate(sums: Sums) -> Interval:
         units = sums.units("x_p")
-        law: Estimate = getattr(penetration(units.total()), part)
+        law: Interval = getattr(penetration(units.total()), part)
         return _on_log_scale(law, jackknife_half_width(units, values_of))
 
     return estimate
 
 
-def decay_time(sums: Sums) -> Estimate:
-    """Estimate t_per, s."""
+def decay_time(sums: Sums) -> Interval:
+    """Interval t_per, s."""
     return persistence_time(
         sums.units("c_theta"), sums.lag_s, sums.settings.shortest_track_in_t_per
     )

@@ -18,13 +18,13 @@ from worm_analysis.accumulators.bins import (
     RADIUS_EDGES,
     TAU_BIN_S,
 )
-from worm_analysis.statistics.estimators import Estimate
 from worm_analysis.summary import estimates as by
 from worm_analysis.summary.direction_persistence import NotEnoughData
 from worm_analysis.summary.sums import Sums
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.intervals import Interval
 from worm_msgs_py.paper import TRIAL_S, paper_value
 from worm_msgs_py.units import MM_PER_M
 
@@ -75,7 +75,7 @@ class Definition:
     plain: str
     meaning: str
     sums: str
-    estimate: Callable[[Sums], Estimate]
+    estimate: Callable[[Sums], Interval]
     items: str
     count: Callable[[Floats], float] = _first
     shown: Callable[[Floats], float] | None = None

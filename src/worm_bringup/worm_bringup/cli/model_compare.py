@@ -20,12 +20,12 @@ from worm_bringup.model_comparisons import Case, compare_trials
 from worm_model.boundary_walk.parameters import ReversalRule
 from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.fit import Speed
-from worm_model.inference.intervals import Interval, intervals_overlap
 from worm_model.inference.required_reversal import paper_needs
 from worm_msgs_py import Comparison, ModelQuantity, NeededReversal, Quantity
 from worm_msgs_py.contract.agreement import agreements
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.files.whole_files import new_file
+from worm_msgs_py.intervals import Interval, intervals_overlap
 
 _MILLI = {"m": "mm", "m/s": "mm/s"}
 PAPER = "the paper's own numbers"

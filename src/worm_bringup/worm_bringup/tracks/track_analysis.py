@@ -18,8 +18,8 @@ from worm_analysis.results.summary import TrialRecord, build_summary, write_summ
 from worm_analysis.results.sums import write_sums
 from worm_analysis.summary.quantities import DEFINITIONS
 from worm_bringup.provenance import file_hash, provenance
-from worm_bringup.tracks.track_rig import MM, Placed, Placer, TableRig
-from worm_bringup.tracks.track_table import POINTS, Rows, TrackTable
+from worm_bringup.tracks.track_rig import Placed, Placer, TableRig
+from worm_bringup.tracks.track_table import Rows, TrackTable
 from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.trial_model import TrialModel
 from worm_msgs_py import (
@@ -35,8 +35,10 @@ from worm_msgs_py import (
     Where,
 )
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.body import KEYPOINTS
 from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.units import MM_PER_M
 
 STRAY = 1.1
 """Heads farther from the centre than this, in units of R, are not in the chamber that they say."""
@@ -164,7 +166,7 @@ class _TableRun:
         if self._heads == 0:
             raise BadInput(f"{path}: no row has a head: fill head_x_mm and head_y_mm")
         if self._strays > MOST_STRAY * self._heads:
-            radius_mm = self._geometry.chambers[0].radius_m * MM
+            radius_mm = self._geometry.chambers[0].radius_m * MM_PER_M
             raise BadInput(
                 f"{path}: {self._strays} of {self._heads} heads are outside of the chamber (R = "
                 f"{radius_mm:g} mm, centre at 0, 0): say with --radius-mm, --centre-mm and "
@@ -192,8 +194,10 @@ class _TableRun:
             self._statuses[Status(int(code)).label] += int(count)
         x, y = placed.x_mm["head"], placed.y_mm["head"]
         inside = (placed.where == Where.CHAMBER_A) | (placed.where == Where.CHAMBER_B)
-        r_mm, most_mm = np.hypot(x, y), STRAY * self._geometry.chambers[0].radius_m * MM
-        strayed = r_mm > np.where(inside, most_mm, most_mm + self._geometry.passage_length_m * MM)
+        r_mm, most_mm = np.hypot(x, y), STRAY * self._geometry.chambers[0].radius_m * MM_PER_M
+        strayed = r_mm > np.where(
+            inside, most_mm, most_mm + self._geometry.passage_length_m * MM_PER_M
+        )
         self._heads += int(np.count_nonzero(np.isfinite(r_mm)))
         self._strays += int(np.count_nonzero(strayed))
         for code in np.unique(placed.where[inside]):
@@ -202,7 +206,7 @@ class _TableRun:
 
 def states_of(rows: Rows, placed: Placed) -> Iterator[BodyState]:
     """Yield the rows as the tracker would give them."""
-    points = [_keypoints(placed, point) for point in POINTS]
+    points = [_keypoints(placed, point) for point in KEYPOINTS]
     where = [Where(code) for code in range(len(Where))]
     status = {int(member): member for member in Status}
     names = (CHAMBER_A, CHAMBER_B)
@@ -217,8 +221,8 @@ def states_of(rows: Rows, placed: Placed) -> Iterator[BodyState]:
         *points,
         rows.column("length_px").tolist(),
         rows.column("width_px").tolist(),
-        (rows.column("length_mm") / MM).tolist(),
-        (rows.column("width_mm") / MM).tolist(),
+        (rows.column("length_mm") / MM_PER_M).tolist(),
+        (rows.column("width_mm") / MM_PER_M).tolist(),
     )
     for frame, stamp_ns, in_b, place, code, *rest in zip(*columns, strict=True):
         yield BodyState(frame, stamp_ns, names[in_b], where[place], status[code], 1, *rest)
@@ -235,7 +239,7 @@ def _keypoints(placed: Placed, point: str) -> Iterator[Keypoint]:
         none = Keypoint()
         return iter([none] * len(x))
     yaw = np.radians(placed.yaw_deg[point])
-    columns = (placed.u_px[point], placed.v_px[point], x / MM, y / MM, yaw)
+    columns = (placed.u_px[point], placed.v_px[point], x / MM_PER_M, y / MM_PER_M, yaw)
     return map(Keypoint, *(column.tolist() for column in columns))
 
 
@@ -258,7 +262,7 @@ class TrackWriter:
         for name in ("confidence", "head_certainty", "length_mm", "width_mm", "length_px"):
             columns[name] = rows.column(name)
         columns["width_px"] = rows.column("width_px")
-        for point in POINTS:
+        for point in KEYPOINTS:
             columns[f"{point}_x_mm"] = placed.x_mm[point]
             columns[f"{point}_y_mm"] = placed.y_mm[point]
             columns[f"{point}_yaw_deg"] = placed.yaw_deg[point]

@@ -8,17 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_analysis.results import chamber_of
-from worm_bringup.tracks.track_table import POINTS, Rows
+from worm_bringup.tracks.track_table import Rows
 from worm_msgs_py import Chamber, Geometry, Status, Where, limits
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.body import KEYPOINTS
 from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.contract.locating import is_in_passage
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.files.json_files import read_json
 from worm_msgs_py.limits import first_refusal
 from worm_msgs_py.paper import DEPTH_MM, PASSAGE_LENGTH_MM
+from worm_msgs_py.units import MM_PER_M
 
-MM = 1e3
 NO_PICTURE_PX_PER_M = 1e8
 """Of a table in millimetres: its picture is imagined, with pixels too small to limit anything."""
 LIMITS = {
@@ -90,12 +91,14 @@ class TableRig:
             exit_rad = radians(self.exit_deg)
         else:
             u = v = exit_rad = 0.0
-            radius_px = self.radius_mm / MM * NO_PICTURE_PX_PER_M
-        radius_m, width_m = self.radius_mm / MM, self.exit_width_mm / MM
+            radius_px = self.radius_mm / MM_PER_M * NO_PICTURE_PX_PER_M
+        radius_m, width_m = self.radius_mm / MM_PER_M, self.exit_width_mm / MM_PER_M
         a = Chamber(CHAMBER_A, u, v, radius_px, exit_rad, radius_m, width_m)
-        far = a.to_pixels(2 * radius_m + self.passage_length_mm / MM, 0.0)
+        far = a.to_pixels(2 * radius_m + self.passage_length_mm / MM_PER_M, 0.0)
         b = Chamber(CHAMBER_B, *far, radius_px, exit_rad + np.pi, radius_m, width_m)
-        return Geometry(1, 0, 0, 0, (a, b), self.depth_mm / MM, self.passage_length_mm / MM)
+        return Geometry(
+            1, 0, 0, 0, (a, b), self.depth_mm / MM_PER_M, self.passage_length_mm / MM_PER_M
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -142,7 +145,7 @@ class Placer:
     def place(self, rows: Rows) -> Placed:
         """Return the rows in the chambers' frames."""
         x, y, yaw = {}, {}, {}
-        for point in POINTS:
+        for point in KEYPOINTS:
             x[point], y[point] = self._in_one_frame(rows, point)
             yaw[point] = self._turned(rows.column(f"{point}_yaw_deg"))
         has_head = np.isfinite(x["head"]) & np.isfinite(y["head"])
@@ -164,7 +167,7 @@ class Placer:
         rig = self._rig
         if rig.circle_px is not None:
             x_m, y_m = self._a.to_metres(rows.column(f"{point}_u_px"), rows.column(f"{point}_v_px"))
-            return x_m * MM, y_m * MM
+            return x_m * MM_PER_M, y_m * MM_PER_M
         x, y = rows.column(f"{point}_x_mm"), rows.column(f"{point}_y_mm")
         if rig.known is not None:
             return x, y
@@ -185,8 +188,8 @@ class Placer:
     def _locate(
         self, x: Floats, y: Floats, has_head: NDArray[np.bool_]
     ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        R, W = self._a.radius_m * MM, self._a.exit_width_m * MM
-        L = self._geometry.passage_length_m * MM
+        R, W = self._a.radius_m * MM_PER_M, self._a.exit_width_m * MM_PER_M
+        L = self._geometry.passage_length_m * MM_PER_M
         out_a = np.hypot(x, y) / R
         out_b = np.hypot(x - (2 * R + L), y) / R
         nearer_b = out_b < out_a
@@ -212,8 +215,8 @@ class Placer:
         yaw: dict[str, Floats],
         in_b: NDArray[np.bool_],
     ) -> None:
-        apart = 2 * self._a.radius_m * MM + self._geometry.passage_length_m * MM
-        for point in POINTS:
+        apart = 2 * self._a.radius_m * MM_PER_M + self._geometry.passage_length_m * MM_PER_M
+        for point in KEYPOINTS:
             x[point] = np.where(in_b, apart - x[point], x[point])
             y[point] = np.where(in_b, -y[point], y[point])
             yaw[point] = np.where(in_b, yaw[point] + 180.0, yaw[point])
@@ -230,19 +233,19 @@ class Placer:
         off = []
         for chamber in chambers:
             x_m, y_m = chamber.to_metres(u, v)
-            off.append(np.hypot(x_m * MM - x, y_m * MM - y))
+            off.append(np.hypot(x_m * MM_PER_M - x, y_m * MM_PER_M - y))
         return np.where(np.isfinite(off[0]), off[1] < off[0], in_b)
 
     def _pixels(
         self, rows: Rows, x: dict[str, Floats], y: dict[str, Floats], in_b: NDArray[np.bool_]
     ) -> tuple[dict[str, Floats], dict[str, Floats]]:
         u, v = {}, {}
-        for point in POINTS:
+        for point in KEYPOINTS:
             if self._rig.has_picture:
                 u[point], v[point] = rows.column(f"{point}_u_px"), rows.column(f"{point}_v_px")
                 continue
             a, b = (
-                chamber.to_pixels(x[point] / MM, y[point] / MM)
+                chamber.to_pixels(x[point] / MM_PER_M, y[point] / MM_PER_M)
                 for chamber in self._geometry.chambers
             )
             u[point], v[point] = np.where(in_b, b[0], a[0]), np.where(in_b, b[1], a[1])
@@ -264,8 +267,8 @@ def rig_of_summary(summary_path: Path) -> TableRig | None:
             return None
         first, entry = chambers[0], next(iter(entries.values()))
         rig = TableRig(
-            radius_mm=first.radius_m * MM,
-            exit_width_mm=first.exit_width_m * MM,
+            radius_mm=first.radius_m * MM_PER_M,
+            exit_width_mm=first.exit_width_m * MM_PER_M,
             depth_mm=float(entry.get("depth_mm", DEPTH_MM)),
             passage_length_mm=float(entry.get("passage_length_mm", PASSAGE_LENGTH_MM)),
         )
@@ -276,5 +279,5 @@ def rig_of_summary(summary_path: Path) -> TableRig | None:
         ) from None
     if not isfinite(first.radius_px):
         return rig
-    depth_m, length_m = rig.depth_mm / MM, rig.passage_length_mm / MM
+    depth_m, length_m = rig.depth_mm / MM_PER_M, rig.passage_length_mm / MM_PER_M
     return replace(rig, known=Geometry(1, 0, 0, 0, chambers, depth_m, length_m))

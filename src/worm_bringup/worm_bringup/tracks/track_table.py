@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from worm_bringup.tracks.track_units import refuse_wrong_units
 from worm_msgs_py import Status, Where
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.body import KEYPOINTS
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.units import NS_PER_S
 
-POINTS = ("head", "centroid", "tail")
 WHOLE = ("stamp_ns", "frame")
 TEXT = ("where", "status")
 MIDLINE = ("midline_u_px", "midline_v_px", "midline_width_px")
@@ -27,9 +27,9 @@ REAL = (
     "time_s",
     "confidence",
     "head_certainty",
-    *(f"{point}_{axis}_px" for point in POINTS for axis in "uv"),
-    *(f"{point}_{axis}_mm" for point in POINTS for axis in "xy"),
-    *(f"{point}_yaw_deg" for point in POINTS),
+    *(f"{point}_{axis}_px" for point in KEYPOINTS for axis in "uv"),
+    *(f"{point}_{axis}_mm" for point in KEYPOINTS for axis in "xy"),
+    *(f"{point}_yaw_deg" for point in KEYPOINTS),
     "length_mm",
     "width_mm",
     "length_px",

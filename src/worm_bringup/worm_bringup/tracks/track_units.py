@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import BadInput
 
 NS = 1e9
@@ -12,7 +13,6 @@ SHORTEST_S, LONGEST_S = 1e-4, 10.0
 """Between two rows: 10,000 frames a second, and a picture in ten seconds."""
 FASTEST_MM_S = 1000.0
 FEWEST_YAWS = 50
-Floats = NDArray[np.float64]
 
 
 def refuse_wrong_units(

@@ -10,14 +10,14 @@ from math import ceil, inf, log, pi, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from worm_model.boundary_walk.laplace_inversion import LATEST, Complex, Contour
+from worm_model.boundary_walk.laplace_inversion import LATEST, Contour
 from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.relative_state import RelativeState, relative_state_of
 from worm_model.boundary_walk.singular_paths import singular_terms_of
 from worm_model.boundary_walk.singular_terms import SingularLaw, SingularTerms
 from worm_model.boundary_walk.state import WalkState
 from worm_model.boundary_walk.transform import Solution, solve_skips, solve_transform
-from worm_msgs_py.arrays import Floats
+from worm_msgs_py.arrays import Complex, Floats
 
 EXACT = 1e-6
 """Error of probabilities."""

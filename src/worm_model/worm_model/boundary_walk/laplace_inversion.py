@@ -13,12 +13,10 @@ from functools import lru_cache
 from math import ceil, exp, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import erfc
 
-from worm_msgs_py.arrays import Floats
+from worm_msgs_py.arrays import Complex, Floats
 
-Complex = NDArray[np.complex128]
 _DAMPING = 10.0
 _STEEPNESS = 3.0
 LATEST = 0.25

@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from worm_model.boundary_walk.parameters import WalkParameters
-from worm_msgs_py.arrays import Floats
+from worm_msgs_py.arrays import Complex, Floats
 
-Complex = NDArray[np.complex128]
 _NEGLIGIBLE = 1e-15
 _MOST_NUMBERS_HELD = 1_000_000
 """Numbers held at once."""

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.relative_state import RelativeState
+from worm_msgs_py.arrays import Complex
 
-Complex = NDArray[np.complex128]
 _SAME = 1e-13
 """Relative size below which the modes' 2 × 2 matrix is a multiple of one."""
 _VANISHED = 1e-150

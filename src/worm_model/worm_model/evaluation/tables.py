@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from worm_model.evaluation.record import ChamberCircle, FrameTable
 from worm_msgs_py import Status
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.body import KEYPOINTS
 from worm_msgs_py.errors import EvaluationError
 from worm_msgs_py.files.json_files import read_json
 
 TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
-_POINTS = ("head", "centroid", "tail")
-_NEEDED = tuple(f"{point}_{axis}_px" for point in _POINTS for axis in "uv")
+_NEEDED = tuple(f"{point}_{axis}_px" for point in KEYPOINTS for axis in "uv")
 _CIRCLE = ("circle_u_px", "circle_v_px", "circle_radius_px", "exit_deg")
 
 
@@ -82,7 +82,7 @@ def frame_table_of(
         )
     head, centroid, tail = (
         np.stack([_reals(columns[f"{point}_{axis}_px"]) for axis in "uv"], axis=1)
-        for point in _POINTS
+        for point in KEYPOINTS
     )
     tracked = np.isfinite(head[:, 0] + head[:, 1])
     if "status" in columns:

@@ -16,10 +16,10 @@ from worm_model.boundary_walk.mean_passage import (
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.escape import EscapeTimes, escape_time
 from worm_model.inference.fit import LOWEST, REVERSAL_NAMES, Speed, WalkFit, interval_of
-from worm_model.inference.intervals import NOTHING, Interval
 from worm_model.inference.required_reversal import trial_needs
 from worm_msgs_py import Comparison, Correlation, ModelQuantity, Quantity
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.intervals import NOTHING, Interval
 from worm_msgs_py.limits import Limit, first_refusal
 from worm_msgs_py.paper import SUCCESS, TRIAL_S
 from worm_msgs_py.units import MM_PER_M

@@ -7,8 +7,8 @@ the head's entries are followed by the body, so that escaping takes nearly twice
 from dataclasses import dataclass
 from math import isfinite, nan
 
-from worm_model.inference.intervals import Interval, exponential_mean
 from worm_msgs_py import Attempt, Event, Visit
+from worm_msgs_py.intervals import Interval, exponential_mean
 from worm_msgs_py.units import NS_PER_S
 
 

@@ -6,9 +6,9 @@ from enum import StrEnum
 from math import isfinite, radians, sin, sqrt
 
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
-from worm_model.inference.intervals import NOTHING, Interval
 from worm_model.inference.reversal_counts import Reversals
 from worm_msgs_py import Geometry, Quantity
+from worm_msgs_py.intervals import NOTHING, Interval
 from worm_msgs_py.paper import BODY_ANGLE_DEG
 from worm_msgs_py.units import MM_PER_M
 

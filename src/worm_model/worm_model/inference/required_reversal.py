@@ -19,8 +19,8 @@ from worm_model.boundary_walk.mean_passage import mean_again_s, mean_tau_h_s, sk
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.escape import escape_time
 from worm_model.inference.fit import PAPER, REVERSAL_NAMES, Speed, WalkFit, interval_of
-from worm_model.inference.intervals import Interval
 from worm_msgs_py import NeededReversal, Quantity, paper
+from worm_msgs_py.intervals import Interval
 
 # Dense near 1: there, where phases alternate, ⟨τ_h⟩ has a maximum. A walk that turns at every
 # change of phase keeps direction times phase for ever, so the last one is just below.

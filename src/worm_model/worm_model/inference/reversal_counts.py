@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from worm_model.inference.intervals import Interval, fraction
 from worm_msgs_py import Episode, EpisodeKind
+from worm_msgs_py.intervals import Interval, fraction
 
 
 @dataclass

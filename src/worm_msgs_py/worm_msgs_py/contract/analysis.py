@@ -1,13 +1,12 @@
 """What the analysis says: per-frame observables, and estimates that grow with the trial."""
 
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from worm_msgs_py.contract.frames import Where
-
-NAN = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,14 +39,14 @@ class Observables:
     frame: int
     stamp_ns: int
     where: Where = Where.UNKNOWN
-    r_h_m: float = NAN
-    r_c_m: float = NAN
-    r_t_m: float = NAN
-    theta_h_rad: float = NAN
-    psi_b_rad: float = NAN
-    psi_h_rad: float = NAN
-    theta_dot_rad_s: float = NAN
-    v_b_m_s: float = NAN
+    r_h_m: float = nan
+    r_c_m: float = nan
+    r_t_m: float = nan
+    theta_h_rad: float = nan
+    psi_b_rad: float = nan
+    psi_h_rad: float = nan
+    theta_dot_rad_s: float = nan
+    v_b_m_s: float = nan
     contact: bool | None = None
 
 

@@ -1,6 +1,7 @@
 """One frame's worm: three keypoints, a midline, and how far to trust them."""
 
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 from worm_msgs_py.contract.frames import CAMERA, Where
 from worm_msgs_py.contract.status import Status
 
-NAN = float("nan")
+KEYPOINTS = ("head", "centroid", "tail")
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,11 +29,11 @@ class Keypoint:
         turns clockwise as seen in the picture.
     """
 
-    u_px: float = NAN
-    v_px: float = NAN
-    x_m: float = NAN
-    y_m: float = NAN
-    yaw_rad: float = NAN
+    u_px: float = nan
+    v_px: float = nan
+    x_m: float = nan
+    y_m: float = nan
+    yaw_rad: float = nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,10 +77,10 @@ class BodyState:
     head: Keypoint = Keypoint()
     centroid: Keypoint = Keypoint()
     tail: Keypoint = Keypoint()
-    length_px: float = NAN
-    width_px: float = NAN
-    length_m: float = NAN
-    width_m: float = NAN
+    length_px: float = nan
+    width_px: float = nan
+    length_m: float = nan
+    width_m: float = nan
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,7 +1,7 @@
 """The rig as the picture shows it: circles, exits, scale, and the way from pixels to metres."""
 
 from dataclasses import dataclass
-from math import cos, sin
+from math import cos, nan, sin
 from typing import TypeVar
 
 import numpy as np
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from worm_msgs_py.paper import DEPTH_MM, PASSAGE_LENGTH_MM
 from worm_msgs_py.units import MM_PER_M
 
-NAN = float("nan")
 Real = TypeVar("Real", float, NDArray[np.float64])
 
 
@@ -43,12 +42,12 @@ class Chamber:
     radius_px: float
     exit_rad: float
     radius_m: float
-    exit_width_m: float = NAN
-    residual_px: float = NAN
-    centre_sd_px: float = NAN
-    radius_sd_px: float = NAN
-    exit_sd_rad: float = NAN
-    exit_width_sd_m: float = NAN
+    exit_width_m: float = nan
+    residual_px: float = nan
+    centre_sd_px: float = nan
+    radius_sd_px: float = nan
+    exit_sd_rad: float = nan
+    exit_width_sd_m: float = nan
 
     @property
     def px_per_m(self) -> float:

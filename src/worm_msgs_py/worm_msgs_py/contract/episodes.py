@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-
-NAN = float("nan")
+from math import nan
 
 
 class EpisodeKind(StrEnum):
@@ -50,8 +49,8 @@ class Episode:
     start_ns: int
     end_ns: int
     distance_m: float
-    delta_r_m: float = NAN
-    incidence_rad: float = NAN
+    delta_r_m: float = nan
+    incidence_rad: float = nan
     complete: bool = True
 
 
@@ -81,8 +80,8 @@ class Visit:
     start_ns: int
     end_ns: int
     first_contact_ns: int | None = None
-    theta_h0_rad: float = NAN
-    tau_h_s: float = NAN
+    theta_h0_rad: float = nan
+    tau_h_s: float = nan
     skips: int = 0
     complete: bool = True
 

@@ -1,10 +1,9 @@
 """What the model says: its numbers beside the measured ones, and its forecast of the search."""
 
 from dataclasses import dataclass
+from math import nan
 
 from worm_msgs_py.contract.frames import Where
-
-NAN = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,12 +25,12 @@ class ModelQuantity:
 
     name: str
     unit: str
-    measured: float = NAN
-    measured_low: float = NAN
-    measured_high: float = NAN
-    modelled: float = NAN
-    modelled_low: float = NAN
-    modelled_high: float = NAN
+    measured: float = nan
+    measured_low: float = nan
+    measured_high: float = nan
+    modelled: float = nan
+    modelled_low: float = nan
+    modelled_high: float = nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,9 +57,9 @@ class NeededReversal:
     rule: str
     speed: str
     observation: str
-    value: float = NAN
-    low: float = NAN
-    high: float = NAN
+    value: float = nan
+    low: float = nan
+    high: float = nan
     is_measured: bool = True
 
 
@@ -117,13 +116,13 @@ class Forecast:
     frame: int
     stamp_ns: int
     where: Where = Where.UNKNOWN
-    theta_h_rad: float = NAN
-    direction: float = NAN
-    contact: float = NAN
-    median_s: float = NAN
-    low_s: float = NAN
-    high_s: float = NAN
-    within_10_s: float = NAN
-    within_30_s: float = NAN
-    within_60_s: float = NAN
+    theta_h_rad: float = nan
+    direction: float = nan
+    contact: float = nan
+    median_s: float = nan
+    low_s: float = nan
+    high_s: float = nan
+    within_10_s: float = nan
+    within_30_s: float = nan
+    within_60_s: float = nan
     measured: tuple[tuple[str, bool], ...] = ()

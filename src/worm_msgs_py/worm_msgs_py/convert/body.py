@@ -6,14 +6,13 @@ from math import cos, sin
 from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from sensor_msgs.msg import JointState
 
-from worm_msgs_py.contract.body import BodyState, Keypoint
+from worm_msgs_py.contract.body import KEYPOINTS, BodyState, Keypoint
 from worm_msgs_py.contract.frames import Where
 from worm_msgs_py.contract.status import Status
 from worm_msgs_py.convert.joints import joints_from_msg
 from worm_msgs_py.convert.stamp import header, stamp_to_ns
 from worm_msgs_py.convert.strict import strict, whole
 
-_KEYPOINTS = ("head", "centroid", "tail")
 _KEYPOINT_FIELDS = tuple(field.name for field in fields(Keypoint))
 _WHOLE = ("frame", "geometry")
 _REAL = (
@@ -29,7 +28,7 @@ _NAMES = [
     "where",
     "status",
     *_REAL,
-    *(f"{point}_{name}" for point in _KEYPOINTS for name in _KEYPOINT_FIELDS),
+    *(f"{point}_{name}" for point in KEYPOINTS for name in _KEYPOINT_FIELDS),
 ]
 
 
@@ -54,7 +53,7 @@ def body_state_from_msg(msg: JointState) -> BodyState:
     """Read a state; MalformedMessage where a name is missing, others are left."""
     values = joints_from_msg(msg)
     head, centroid, tail = (
-        Keypoint(*(values[f"{point}_{name}"] for name in _KEYPOINT_FIELDS)) for point in _KEYPOINTS
+        Keypoint(*(values[f"{point}_{name}"] for name in _KEYPOINT_FIELDS)) for point in KEYPOINTS
     )
     return BodyState(
         frame=whole(values["frame"]),

@@ -30,3 +30,14 @@ RESULTS: dict[str, tuple[type, QoSProfile]] = {
     topics.MODEL_CORRELATION: (JointTrajectory, LATCHED),
     topics.SOURCE_EVENTS: (DiagnosticArray, RESULT),
 }
+
+SUBSCRIBED = (
+    *RESULTS,
+    topics.IMAGE,
+    topics.IMAGE_COMPRESSED,
+    topics.FLOW_TRACKED,
+    topics.FLOW_RECORDED,
+    topics.FLOW_FINISHED,
+    topics.FLOW_END,
+)
+"""Every topic that a node of the graph subscribes to."""

@@ -14,6 +14,7 @@ from rclpy.qos import QoSProfile
 
 from worm_msgs_py import topics
 from worm_msgs_py.errors import MalformedMessage
+from worm_msgs_py.ros import interfaces
 from worm_msgs_py.ros.qos import FLOW
 from worm_msgs_py.ros.worm_node import WormNode
 
@@ -55,7 +56,7 @@ class Ledger:
         self._announcement = node.create_publisher(DiagnosticStatus, topics.FLOW_FINISHED, FLOW)
 
     def publisher(self, kind: type, topic: str, qos: QoSProfile) -> CountingPublisher:
-        """Create a publisher of a result topic (one of `topics.RESULTS`)."""
+        """Create a publisher of a result topic (one of `interfaces.RESULTS`)."""
         return CountingPublisher(self, self._node.create_publisher(kind, topic, qos), topic)
 
     def announce(self) -> None:
@@ -94,8 +95,8 @@ class Announcement:
 def read_announcement(msg: DiagnosticStatus) -> Announcement:
     """Read an announcement; MalformedMessage where it is none."""
     counts = {item.key: item.value for item in msg.values}
-    known = {name for topic in topics.RESULTS for name in (topic, _IGNORED + topic)}
-    known |= {_IGNORED + topic for topic in topics.HEARD}
+    known = {name for topic in interfaces.RESULTS for name in (topic, _IGNORED + topic)}
+    known |= {_IGNORED + topic for topic in interfaces.SUBSCRIBED}
     whole = all(
         value.isascii() and value.isdigit() and len(value) < 16 for value in counts.values()
     )

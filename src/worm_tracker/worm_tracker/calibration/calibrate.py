@@ -1,7 +1,7 @@
 """Calibration: a picture (or what the user knows) in, the rig's `Geometry` out."""
 
 from dataclasses import dataclass, field, replace
-from math import atan2, hypot, isfinite, radians, remainder, tau
+from math import atan2, hypot, isfinite, nan, radians, remainder, tau
 
 import numpy as np
 
@@ -14,8 +14,6 @@ from worm_msgs_py.units import MM_PER_M
 from worm_tracker.calibration.circle_fit import CircleFitSettings, FittedCircle, find_circles
 from worm_tracker.calibration.exit_fit import ExitFitSettings, find_exit
 from worm_tracker.parameters import TrackerParameters
-
-NAN = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +118,7 @@ def with_shared_passage(
         seen.append(
             chamber
             if faces
-            else replace(chamber, exit_rad=towards, exit_width_m=NAN, exit_sd_rad=sd)
+            else replace(chamber, exit_rad=towards, exit_width_m=nan, exit_sd_rad=sd)
         )
     known = [c for c in seen if isfinite(c.exit_width_m)]
     if not known:
@@ -146,13 +144,13 @@ def _chamber_of(
     """Return the chamber of one circle, with its exit where there is one."""
     exit_ = find_exit(picture, circle, settings.exit)
     metres = parameters.radius_m / circle.radius
-    direction, sd = (exit_.direction_rad, exit_.direction_sd_rad) if exit_ else (0.0, NAN)
-    width, width_sd = (exit_.width_px * metres, exit_.width_sd_px * metres) if exit_ else (NAN, NAN)
+    direction, sd = (exit_.direction_rad, exit_.direction_sd_rad) if exit_ else (0.0, nan)
+    width, width_sd = (exit_.width_px * metres, exit_.width_sd_px * metres) if exit_ else (nan, nan)
     if isfinite(parameters.exit_deg) and name == CHAMBER_A:
-        direction, sd = radians(parameters.exit_deg), NAN
+        direction, sd = radians(parameters.exit_deg), nan
         width = parameters.exit_width_m if isfinite(parameters.exit_width_m) else width
     if exit_ and isfinite(parameters.exit_width_m):
-        width, width_sd = parameters.exit_width_m, NAN
+        width, width_sd = parameters.exit_width_m, nan
     return Chamber(
         name=name,
         centre_u_px=circle.u,

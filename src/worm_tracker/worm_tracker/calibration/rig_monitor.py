@@ -1,7 +1,7 @@
 """Keeps the rig's geometry true: an exit that the worm hid at first, a camera that is bumped."""
 
 from dataclasses import dataclass, field, replace
-from math import hypot, isfinite, radians, remainder, tau
+from math import hypot, isfinite, nan, radians, remainder, tau
 
 import numpy as np
 
@@ -18,8 +18,6 @@ from worm_tracker.calibration.circle_fit import FittedCircle, fit_circle
 from worm_tracker.calibration.exit_fit import FittedExit, find_exit
 from worm_tracker.calibration.motion_detector import MotionDetector, MotionDetectorSettings
 from worm_tracker.parameters import TrackerParameters
-
-NAN = float("nan")
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +109,7 @@ class RigMonitor:
         chambers = tuple(
             chamber
             if self._is_clear(chamber, contour) or self._parameters.exit_given
-            else replace(chamber, exit_width_m=NAN, exit_sd_rad=NAN, exit_width_sd_m=NAN)
+            else replace(chamber, exit_width_m=nan, exit_sd_rad=nan, exit_width_sd_m=nan)
             for chamber in self.assumed.chambers
         )
         self.geometry = replace(self.assumed, chambers=self._with_shared_passage(chambers))
@@ -171,7 +169,7 @@ class RigMonitor:
         width_m = found.width_px / chamber.px_per_m
         width_sd_m = found.width_sd_px / chamber.px_per_m
         if isfinite(self._parameters.exit_width_m):
-            width_m, width_sd_m = self._parameters.exit_width_m, NAN
+            width_m, width_sd_m = self._parameters.exit_width_m, nan
         seen = replace(chamber, exit_width_m=width_m, exit_width_sd_m=width_sd_m)
         if isfinite(self._parameters.exit_deg):
             return seen
@@ -205,7 +203,7 @@ class RigMonitor:
             self._motion = MotionDetector(picture, self.assumed, settings.motion)
             return None
         known = tuple(
-            chamber if isfinite(c.exit_width_m) else replace(chamber, exit_width_m=NAN)
+            chamber if isfinite(c.exit_width_m) else replace(chamber, exit_width_m=nan)
             for chamber, c in zip(chambers, self.geometry.chambers, strict=True)
         )
         why = f"the rig moved by {max(shifts):.1f} px and turned by {np.degrees(turn):.1f} degrees"

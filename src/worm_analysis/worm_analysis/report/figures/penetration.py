@@ -18,12 +18,12 @@ from worm_analysis.report.theme import (
     PAPER_STYLE,
     new_figure,
 )
-from worm_analysis.statistics.estimators import poisson_rate
 from worm_analysis.summary.estimates import penetration
 from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.summary.settings import DEFAULTS
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.intervals import poisson_rate
 from worm_msgs_py.units import MM_PER_M
 
 DEPTH_BIN_MM = MM_PER_M * DEPTH_BIN_M

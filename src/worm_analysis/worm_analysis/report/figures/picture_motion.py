@@ -7,8 +7,8 @@ import numpy as np
 from worm_analysis.report.panel import Panel, counted
 from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, new_figure
 from worm_analysis.results import Results
-from worm_analysis.results.tracks import POINTS
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.body import KEYPOINTS
 
 SPEED_WINDOW_S = 1.0
 WAY_READING = (
@@ -41,7 +41,7 @@ def picture_trajectories(results: Results) -> Panel:
         return Panel(**base, why=f"not enough data: {frames} frames with a centroid, 2 are needed")
     figure = new_figure(COLUMN_IN, COLUMN_IN)
     axes = figure.add_subplot()
-    for point in reversed(POINTS):
+    for point in reversed(KEYPOINTS):
         u, v = tracks[f"{point}_u_px"], tracks[f"{point}_v_px"]
         axes.plot(u, v, color=COLOURS[point], label=point, **_LINE)
     axes.set_aspect("equal", adjustable="datalim")

@@ -16,10 +16,10 @@ from worm_analysis.report.theme import (
     new_figure,
     say_n,
 )
-from worm_analysis.results.tracks import POINTS
 from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.body import KEYPOINTS
 from worm_msgs_py.paper import paper_number
 
 _MERGED = 2
@@ -81,7 +81,7 @@ def radii(data: ReportData) -> Panel:
     figure = new_figure(COLUMN_IN, 2.7)
     axes = figure.add_subplot()
     axes.plot([0, R], [0, 2 / R], ":", color="#9a9a9a", linewidth=0.9)
-    for point in POINTS:
+    for point in KEYPOINTS:
         symbol = _LETTERS[point]
         edges, density = radial_density(pool.total(f"r_{symbol}"), R)
         table |= {"r_mm": (edges[1:] + edges[:-1]) / 2, f"P_r_{symbol}_per_mm": density}
@@ -103,7 +103,7 @@ def radii(data: ReportData) -> Panel:
     say_n(axes, n, x=0.03)
     modes = ", ".join(
         f"{point} {quantity.value:.2f}"
-        for point in POINTS
+        for point in KEYPOINTS
         if (quantity := data.quantity(f"r_{_LETTERS[point]}_over_R")).value is not None
     )
     alt = f"Densities of the distance from the centre, {n}. Modes in units of R: {modes or 'none'}."

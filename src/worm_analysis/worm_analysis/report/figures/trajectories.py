@@ -12,10 +12,10 @@ from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.panel import Panel, counted, thousands
 from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, PAGE_IN, new_figure, say_n
 from worm_analysis.results import Results
-from worm_analysis.results.tracks import POINTS
 from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Chamber, Where
+from worm_msgs_py.contract.body import KEYPOINTS
 
 PASSAGE_SHOWN_MM = 3.0
 SAME_FRAME_MM = 1.0
@@ -112,14 +112,14 @@ def _draw_chamber(axes: Any, chamber: Chamber) -> None:
 
 
 def _draw_lines(axes: Any, results: Results, rows: Indices) -> None:
-    for point in reversed(POINTS):
+    for point in reversed(KEYPOINTS):
         x, y = (_unbroken(results, rows, f"{point}_{axis}_mm") for axis in "xy")
         axes.plot(x, y, color=COLOURS[point], linewidth=0.7, label=point, alpha=0.9)
 
 
 def _draw_points(axes: Any, results: Results, rows: Indices) -> None:
     shown = rows[:: ceil(len(rows) / FIGURES.most_points)]
-    for point in reversed(POINTS):
+    for point in reversed(KEYPOINTS):
         x, y = (results.tracks[f"{point}_{axis}_mm"][shown] for axis in "xy")
         axes.plot(x, y, ".", color=COLOURS[point], markersize=1.8, alpha=0.55, label=point, mew=0)
 
@@ -135,10 +135,10 @@ def _label(axes: Any, chamber: Chamber, *, several: bool, first: bool) -> None:
     axes.set_xlabel("$x$ (mm)")
     if first:
         axes.set_ylabel("$y$ (mm)")
-        handles = [Line2D([], [], color=COLOURS[point], linewidth=1.2) for point in POINTS]
+        handles = [Line2D([], [], color=COLOURS[point], linewidth=1.2) for point in KEYPOINTS]
         axes.legend(
             handles,
-            POINTS,
+            KEYPOINTS,
             loc="upper right",
             borderaxespad=0.2,
             handlelength=1.0,

@@ -1,16 +1,12 @@
-"""Estimators against closed forms, SciPy and samples of known laws."""
+"""What sampling in frames hides is undone, against samples of known laws."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
 
-from worm_analysis.statistics.estimators import (
-    fraction,
-    peak_positions,
+from worm_analysis.statistics.unseen_episodes import (
     per_true_cycle,
-    poisson_rate,
     unmerged_means,
 )
 
@@ -39,26 +35,3 @@ def test_the_reversals_of_unseen_cycles_are_undone(chance, cycles):
     for _ in range(cycles):
         goes_on = goes_on * (1 - chance) + (1 - goes_on) * chance
     assert per_true_cycle(1 - goes_on, cycles) == pytest.approx(chance, abs=1e-6)
-
-
-@pytest.mark.parametrize(("successes", "n"), [(0, 12), (7, 12), (12, 12), (60, 100)])
-def test_fraction_is_clopper_pearson(successes, n):
-    interval = stats.binomtest(successes, n).proportion_ci()
-    assert fraction(successes, n) == pytest.approx((successes / n, interval.low, interval.high))
-
-
-@pytest.mark.parametrize("count", [0, 1, 13])
-def test_poisson_rate_has_the_exact_interval(count):
-    rate, low, high = poisson_rate(count, 2.0)
-    assert rate == count / 2
-    assert stats.poisson.cdf(count, 2 * high) == pytest.approx(0.025)
-    if count:
-        assert stats.poisson.sf(count - 1, 2 * low) == pytest.approx(0.025)
-
-
-def test_a_peak_lies_between_bins_and_an_end_is_no_peak():
-    centres = np.arange(-89.0, 90.0, 2.0)
-    rows = np.stack([np.exp(-(((centres - 30.7) / 12) ** 2)), np.arange(90.0)])
-    peak, none = peak_positions(rows, centres)
-    assert peak == pytest.approx(30.7, abs=0.05)
-    assert np.isnan(none)
