@@ -16,7 +16,7 @@ from rich.table import Table
 
 from worm_analysis.analysis import Analysis
 from worm_analysis.results.tracks import track_row
-from worm_model.evaluation import ChamberCircle, Evaluation, evaluate, frame_table_of
+from worm_model.evaluation import ChamberCircle, Evaluation, evaluate_tracks, frame_table_of
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Geometry, TrackedFrame
 from worm_msgs_py.errors import TrackerError
@@ -66,7 +66,7 @@ def measured(scene: str, take: Take) -> Evaluation:
         truth.append(asdict(frame.truth))
         keep(tracker.push(frame.picture, frame.stamp_ns))
     keep(tracker.finish())
-    return evaluate(
+    return evaluate_tracks(
         frame_table_of("tracks", columns(rows), circles(tracker.geometry)),
         frame_table_of("truth", columns(truth)),
     )

@@ -20,7 +20,7 @@ from rosbags.rosbag2 import StoragePlugin
 from worm_msgs_py import SourceEventKind
 from worm_msgs_py.errors import BadInput
 from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.bags.bag_repair import name_of_repaired, repair
+from worm_tracker.sources.bags.bag_repair import name_of_repaired, repair_bag
 from worm_tracker.sources.bags.scan.decompression import decompress
 from worm_tracker.sources.bags.scan.mcap_records import HEAD, Op
 from worm_tracker.sources.bags.scan.scan import Survey, scan_bag
@@ -219,7 +219,7 @@ def test_what_was_lost_is_told_and_the_same_is_played_as_from_the_repaired_bag(
     with pytest.raises(BadInput, match=r"damaged.*--salvage"), BagPictures(file) as bag:
         list(bag)
     repaired = name_of_repaired(file)
-    lost = sum(loss.messages for loss in repair(file, repaired).losses)
+    lost = sum(loss.messages for loss in repair_bag(file, repaired).losses)
     assert 0 < lost <= 7
     with BagPictures(file, salvage=True) as one, BagPictures(repaired) as other:
         assert [picture.raw for picture in one] == [picture.raw for picture in other]
@@ -233,7 +233,7 @@ def test_what_was_lost_is_told_and_the_same_is_played_as_from_the_repaired_bag(
 def test_a_repair_that_saves_nothing_leaves_nothing(tmp_path):
     (tmp_path / "a.mcap").write_bytes(b"\x89MCAP0\r\n and no more")
     with pytest.raises(BadInput, match=r"nothing can be saved \(.+\)"):
-        repair(tmp_path / "a.mcap", tmp_path / "b.mcap")
+        repair_bag(tmp_path / "a.mcap", tmp_path / "b.mcap")
     assert [file.name for file in tmp_path.iterdir()] == ["a.mcap"]
 
 

@@ -6,7 +6,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from worm_bringup.tracks.track_table import TrackTable
-from worm_model.evaluation import evaluate, frame_table_of
+from worm_model.evaluation import evaluate_tracks, frame_table_of
 from worm_msgs_py.errors import BadInput, EvaluationError
 
 N = 200
@@ -63,7 +63,7 @@ def record(name, first_ns=0, phase=0.0, step_ns=33_333_333):
 
 
 def test_the_truth_of_a_trial_is_compared():
-    assert evaluate(record("tracks"), record("truth")).frames_in_common == N
+    assert evaluate_tracks(record("tracks"), record("truth")).frames_in_common == N
 
 
 @pytest.mark.parametrize(
@@ -78,4 +78,4 @@ def test_the_truth_of_a_trial_is_compared():
 )
 def test_the_truth_of_another_trial_is_refused_instead_of_compared(truth, said):
     with pytest.raises(EvaluationError, match=said):
-        evaluate(record("tracks"), truth)
+        evaluate_tracks(record("tracks"), truth)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from worm_model.evaluation import (
     ChamberCircle,
-    evaluate,
+    evaluate_tracks,
     frame_table_of,
     read_tracks,
     read_truth,
@@ -57,7 +57,7 @@ def compared(change=lambda columns: None, truth=None, circles=None, **options):
     columns = straight_worm()
     change(columns)
     tracks = frame_table_of("tracks", columns, circles)
-    return evaluate(tracks, frame_table_of("truth", truth or straight_worm()), **options)
+    return evaluate_tracks(tracks, frame_table_of("truth", truth or straight_worm()), **options)
 
 
 def value(result, name):
@@ -137,7 +137,7 @@ def test_a_midline_of_few_points_on_an_arc_is_as_good_as_one_of_many():
         phi = np.linspace(0.0, 2.0, count)
         columns["midline_u_px"] = [(60.0 * np.cos(phi)).tolist()] * FRAMES
         columns["midline_v_px"] = [(60.0 * np.sin(phi)).tolist()] * FRAMES
-    result = evaluate(frame_table_of("few", few), frame_table_of("truth", truth))
+    result = evaluate_tracks(frame_table_of("few", few), frame_table_of("truth", truth))
     assert value(result, "midline_rms_median") < 0.02
 
 
@@ -308,7 +308,7 @@ def test_tables_and_summary_are_read_from_files(tmp_path):
     summary = {"geometry": {"chamber_a": circle}}
     (results / "summary.json").write_text(json.dumps(summary))
     for path in (results, results / "tracks.parquet"):
-        result = evaluate(read_tracks(path), read_truth(truth))
+        result = evaluate_tracks(read_tracks(path), read_truth(truth))
         assert value(result, "head_error_95") == 0.0
         assert value(result, "chamber_a_radius_error") == pytest.approx(0.1)
         assert result["chamber_a_exit_error"].value is None
@@ -375,5 +375,5 @@ def test_the_order_of_rows_does_not_matter(seed):
     mixed = {name: [deepcopy(values[k]) for k in order] for name, values in columns.items()}
     straight = compared().document()
     tracks, truth = frame_table_of("tracks", mixed), frame_table_of("truth", columns)
-    assert evaluate(tracks, truth).document() == straight
-    assert evaluate(truth, tracks).document() == straight
+    assert evaluate_tracks(tracks, truth).document() == straight
+    assert evaluate_tracks(truth, tracks).document() == straight

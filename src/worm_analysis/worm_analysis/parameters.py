@@ -7,7 +7,7 @@ from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 
 _SPAN = Limit(1e-3, 86_400.0, "s")
-LIMITS = {
+ANALYSIS_LIMITS = {
     "contact_factor": limits.CONTACT_FACTOR,
     "release_factor": limits.CONTACT_FACTOR,
     "body_width_m": limits.BODY_WIDTH,
@@ -76,8 +76,8 @@ class AnalysisParameters:
         Where a value is out of range or two contradict each other.
     """
 
-    contact_factor: float = paper.CONTACT_FACTOR
-    release_factor: float = paper.CONTACT_FACTOR
+    contact_factor: float = paper.CONTACT_DISTANCE_WIDTHS
+    release_factor: float = paper.CONTACT_DISTANCE_WIDTHS
     body_width_m: float | None = None
     min_episode_s: float = 0.0
     theta_dot_window_s: float = paper.THETA_DOT_WINDOW_S
@@ -94,7 +94,7 @@ class AnalysisParameters:
     summary_interval_s: float = 10.0
 
     def __post_init__(self) -> None:
-        wrong = limits.first_refusal(self, LIMITS, may_lack=("body_width_m",))
+        wrong = limits.first_refusal(self, ANALYSIS_LIMITS, may_lack=("body_width_m",))
         if wrong:
             raise BadInput(wrong)
         if self.release_factor < self.contact_factor:

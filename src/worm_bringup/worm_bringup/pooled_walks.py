@@ -18,7 +18,7 @@ from worm_msgs_py.paper import (
     WALK_SLIDE_MM,
 )
 
-_LONGEST_IN_MEANS, _BINS = 6.0, 48
+_LONGEST_IN_MEANS, _DENSITY_BINS = 6.0, 48
 CURVE_MM = (0.1, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0)
 LAG_S = np.arange(0.0, 60.01, 0.5)
 
@@ -86,7 +86,7 @@ def _predict(
             tau[row, column] = law.mean_s
             skips[row, column] = TRIAL_S * law.skips / law.mean_s
             if reversal == walk.reversal and width in shown:
-                edges[width] = np.linspace(0.0, _LONGEST_IN_MEANS * law.mean_s, _BINS + 1)
+                edges[width] = np.linspace(0.0, _LONGEST_IN_MEANS * law.mean_s, _DENSITY_BINS + 1)
                 density[width] = np.diff(law.within(edges[width])) / np.diff(edges[width])
     middle = reversals.index(walk.reversal)
     several = len(reversals) > 1

@@ -18,7 +18,7 @@ PERISTALSIS_S, UNDULATION_S = 0.6, 12.0
 """Periods T_L and T_T of the two strokes."""
 
 # What is measured along the wall: sections on Figs 2 to 4 and 7.
-CONTACT_FACTOR = 0.3
+CONTACT_DISTANCE_WIDTHS = 0.3
 """The head touches the wall where R − r_h < 0.3 d_w (section on Fig. 3)."""
 THETA_DOT_WINDOW_S = 1.0
 """Δt of θ̇_h = Δθ_h/Δt (section on Fig. 4)."""

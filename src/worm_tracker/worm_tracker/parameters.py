@@ -8,7 +8,7 @@ from worm_msgs_py import limits
 from worm_msgs_py.errors import TrackerError
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, MEGAPIXELS
 
-LIMITS = {
+TRACKER_LIMITS = {
     "radius_m": limits.RADIUS,
     "centre_u_px": limits.PLACE_PX,
     "centre_v_px": limits.PLACE_PX,
@@ -25,7 +25,7 @@ LIMITS = {
     "calibration_frames": limits.Limit(1, 1e5),
     "max_megapixels": MEGAPIXELS,
 }
-MAY_LACK = frozenset(LIMITS) - {
+MAY_LACK = frozenset(TRACKER_LIMITS) - {
     "radius_m",
     "depth_m",
     "hold_back_frames",
@@ -108,7 +108,7 @@ class TrackerParameters:
         self._check_circles()
         if self.no_chamber and (self.chamber_given or isfinite(self.exit_deg)):
             raise TrackerError("no_chamber contradicts a given chamber or exit: leave one of them")
-        wrong = limits.first_refusal(self, LIMITS, MAY_LACK)
+        wrong = limits.first_refusal(self, TRACKER_LIMITS, MAY_LACK)
         if wrong:
             raise TrackerError(wrong)
         if isfinite(self.px_per_mm) and not self.no_chamber:

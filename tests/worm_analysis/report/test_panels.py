@@ -16,7 +16,7 @@ from worm_analysis.report.figures.direction_correlation import persistence_panel
 from worm_analysis.report.figures.model_comparison import model_comparison
 from worm_analysis.report.figures.picture_motion import picture_motion, picture_trajectories, speed
 from worm_analysis.report.figures.radial_distance import radial_density, radii
-from worm_analysis.report.figures.statuses import runs, statuses
+from worm_analysis.report.figures.statuses import statuses, times_of_runs
 from worm_analysis.report.figures.time_traces import contact_spans, time_traces, without_wraps
 from worm_analysis.report.figures.trajectories import trajectories
 from worm_analysis.report.figures.wall_distances import (
@@ -270,7 +270,7 @@ def test_no_line_is_drawn_across_a_wrap(psi):
 @given(st.lists(st.booleans(), min_size=2, max_size=50))
 def test_status_runs_hold_each_frame_and_no_other(chosen):
     t_s = np.arange(len(chosen)) * 0.1
-    found = runs(t_s, np.array(chosen))
+    found = times_of_runs(t_s, np.array(chosen))
     for at, inside in zip(t_s, chosen, strict=True):
         assert any(start <= at < start + length - 1e-9 for start, length in found) == inside
 

@@ -16,7 +16,7 @@ from worm_bringup.graph.in_process import run_in_process
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.supervisor import run_in_processes
 from worm_msgs_py.errors import BadInput
-from worm_tracker.sources.bags.bag_repair import repair
+from worm_tracker.sources.bags.bag_repair import repair_bag
 
 WAYS = [
     pytest.param(run_in_process, id="one process"),
@@ -152,7 +152,7 @@ def test_a_bad_bag_ends_the_run_with_its_line(tmp_path, run):
 
 def test_damage_in_the_middle_is_not_the_end(tmp_path):
     with_checksums = tmp_path / "checked.mcap"
-    repair(storage_file(write_bag(tmp_path / "bag", 600)), with_checksums)
+    repair_bag(storage_file(write_bag(tmp_path / "bag", 600)), with_checksums)
     data = bytearray(with_checksums.read_bytes())
     data[len(data) * 3 // 4] ^= 1
     with_checksums.write_bytes(data)

@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from worm_analysis.pooling import Pool, Pooled, WalkPrediction, group_width_mm, pooled_trial
 from worm_analysis.report.examples import Indices, candidates
-from worm_analysis.report.report import environment, source_name, trial_context
+from worm_analysis.report.report import source_name, templates, trial_context
 from worm_analysis.report.symbols import under_rule
 from worm_analysis.results import Results, read_results
 from worm_msgs_py.errors import RUN_AGAIN, ReportError
@@ -275,7 +275,7 @@ def _render(
     pool = data.pool
     names = list(pool.numbers)
     context = {} if single is None else trial_context(single)
-    return environment().get_template("pooled.html.j2").render(
+    return templates().get_template("pooled.html.j2").render(
         **{"units": {"1": "", "deg": "°"}, **context},
         single=single,
         title=_title(pool),

@@ -77,7 +77,7 @@ def render(results: Results) -> str:
             for panel in all_panels(results)
         ]
     return (
-        environment()
+        templates()
         .get_template("report.html.j2")
         .render(
             **trial_context(results),
@@ -91,7 +91,7 @@ def render(results: Results) -> str:
     )
 
 
-def environment() -> Environment:
+def templates() -> Environment:
     """Return what fills in the templates; whatever comes from outside is text, not markup."""
     found = Environment(
         loader=PackageLoader("worm_analysis.report", "."),

@@ -37,7 +37,7 @@ def words(text: Any) -> str:
     return text
 
 
-def number(value: Any) -> float:
+def as_number(value: Any) -> float:
     """Return a number; NaN for null."""
     if value is None:
         return nan
@@ -48,23 +48,23 @@ def number(value: Any) -> float:
 
 def number_or_none(value: Any) -> Any:
     """Return a number as it is; None for null."""
-    number(value)
+    as_number(value)
     return value
 
 
-def whole(value: Any) -> int:
+def as_count(value: Any) -> int:
     """Return a number of items; 0 for null."""
-    found = 0.0 if value is None else number(value)
+    found = 0.0 if value is None else as_number(value)
     if found != int(found) or found < 0:
         raise ValueError(f"{str(value)[:60]!r} is no number of items")
     return int(found)
 
 
-def numbers(values: Any) -> NDArray[np.float64]:
+def as_numbers(values: Any) -> NDArray[np.float64]:
     """Return numbers; NaN for each null."""
     if not isinstance(values, list | tuple):
         raise TypeError(f"{str(values)[:60]!r} is no list of numbers")
-    return np.array([number(value) for value in values], dtype=np.float64)
+    return np.array([as_number(value) for value in values], dtype=np.float64)
 
 
 def mapping(value: Any) -> Mapping[str, Any]:

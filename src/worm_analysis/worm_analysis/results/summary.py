@@ -219,7 +219,7 @@ def frames_of(entry: Mapping[str, Any]) -> Mapping[str, int]:
     for key in ("read", "tracked"):
         if key not in entry:
             raise KeyError(f"frames.{key}")
-    return {entries.name(label): entries.whole(count) for label, count in entry.items()}
+    return {entries.name(label): entries.as_count(count) for label, count in entry.items()}
 
 
 def provenance_of(entry: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -248,7 +248,7 @@ def quantity_of(name: str, entry: Mapping[str, Any]) -> Quantity:
         entries.number_or_none(entry["value"]),
         entries.number_or_none(entry.get("low")),
         entries.number_or_none(entry.get("high")),
-        entries.whole(entry.get("n")),
+        entries.as_count(entry.get("n")),
         entries.words(entry.get("unit")) or "1",
         entries.number_or_none(entry.get("paper")),
         entries.words(entry.get("why")),
@@ -259,32 +259,32 @@ def chamber_of(name: str, entry: Mapping[str, Any]) -> Chamber:
     """Return a chamber from its entry in `summary.json`; KeyError where its circle is missing."""
     return Chamber(
         name=entries.one_of(name, CHAMBERS),
-        centre_u_px=entries.number(entry["centre_u_px"]),
-        centre_v_px=entries.number(entry["centre_v_px"]),
-        radius_px=entries.number(entry["radius_px"]),
-        exit_rad=radians(entries.number(entry["exit_deg"])),
+        centre_u_px=entries.as_number(entry["centre_u_px"]),
+        centre_v_px=entries.as_number(entry["centre_v_px"]),
+        radius_px=entries.as_number(entry["radius_px"]),
+        exit_rad=radians(entries.as_number(entry["exit_deg"])),
         radius_m=_radius_mm(entry) / MM_PER_M,
-        exit_width_m=entries.number(entry.get("exit_width_mm")) / MM_PER_M,
-        residual_px=entries.number(entry.get("residual_px")),
-        centre_sd_px=entries.number(entry.get("centre_sd_px")),
-        radius_sd_px=entries.number(entry.get("radius_sd_px")),
-        exit_sd_rad=radians(entries.number(entry.get("exit_sd_deg"))),
-        exit_width_sd_m=entries.number(entry.get("exit_width_sd_mm")) / MM_PER_M,
+        exit_width_m=entries.as_number(entry.get("exit_width_mm")) / MM_PER_M,
+        residual_px=entries.as_number(entry.get("residual_px")),
+        centre_sd_px=entries.as_number(entry.get("centre_sd_px")),
+        radius_sd_px=entries.as_number(entry.get("radius_sd_px")),
+        exit_sd_rad=radians(entries.as_number(entry.get("exit_sd_deg"))),
+        exit_width_sd_m=entries.as_number(entry.get("exit_width_sd_mm")) / MM_PER_M,
     )
 
 
 def depth_mm_of(geometry: Mapping[str, Any]) -> float:
     """Return h; NaN where the summary does not have it."""
     entry: Mapping[str, Any] = next(iter(geometry.values()), {})
-    return entries.number(entry.get("depth_mm"))
+    return entries.as_number(entry.get("depth_mm"))
 
 
 def _radius_mm(entry: Mapping[str, Any]) -> float:
     """Return R: of tracks that came without a picture it is all that is known of the circle."""
     if entry.get("radius_mm") is not None:
-        radius_mm = entries.number(entry["radius_mm"])
+        radius_mm = entries.as_number(entry["radius_mm"])
     else:
-        radius_mm = entries.number(entry["radius_px"]) / entries.number(entry["px_per_mm"])
+        radius_mm = entries.as_number(entry["radius_px"]) / entries.as_number(entry["px_per_mm"])
     wrong = "" if isnan(radius_mm) else RADIUS.to("mm").refusal(radius_mm)
     if wrong:
         raise ValueError(f"the radius of a chamber {wrong}")
@@ -293,9 +293,9 @@ def _radius_mm(entry: Mapping[str, Any]) -> float:
 
 def correlation_of(entry: Mapping[str, Any]) -> Correlation:
     """Return C_θ(t) from its entry; ValueError where the curves differ in length."""
-    lag_s = entries.numbers(entry["lag_s"])
+    lag_s = entries.as_numbers(entry["lag_s"])
     unknown = [None] * len(lag_s)
-    found = {key: entries.numbers(entry.get(key) or unknown) for key in ("c", "error", "fit")}
+    found = {key: entries.as_numbers(entry.get(key) or unknown) for key in ("c", "error", "fit")}
     pairs = entry.get("pairs") or [0] * len(lag_s)
     for key, values in (*found.items(), ("pairs", pairs)):
         if len(values) != len(lag_s):
@@ -304,7 +304,7 @@ def correlation_of(entry: Mapping[str, Any]) -> Correlation:
         lag_s=lag_s,
         c=found["c"],
         error=found["error"],
-        pairs=np.array([entries.whole(count) for count in pairs], dtype=np.int64),
+        pairs=np.array([entries.as_count(count) for count in pairs], dtype=np.int64),
         model=found["fit"],
     )
 
@@ -322,32 +322,32 @@ def comparison_of(entry: Mapping[str, Any]) -> Comparison:
     return Comparison(
         stamp_ns=0,
         parameters=tuple(
-            (entries.name(name), entries.number(value))
+            (entries.name(name), entries.as_number(value))
             for name, value in entry["parameters"].items()
         ),
         quantities=tuple(
             ModelQuantity(
                 entries.name(name),
                 entries.words(item["unit"]),
-                **{key: entries.number(item.get(key)) for key in fields},
+                **{key: entries.as_number(item.get(key)) for key in fields},
             )
             for name, item in entry["quantities"].items()
         ),
         needs=tuple(_need(item) for item in entry.get("needed_reversals") or ()),
         scores=tuple(
-            (entries.name(name), entries.number(value))
+            (entries.name(name), entries.as_number(value))
             for name, value in entries.mapping(entry.get("forecasts")).items()
         ),
     )
 
 
 def _need(entry: Mapping[str, Any]) -> NeededReversal:
-    low, high = entries.number(entry["low"]), entries.number(entry["high"])
+    low, high = entries.as_number(entry["low"]), entries.as_number(entry["high"])
     return NeededReversal(
         rule=entries.one_of(entry["rule"], RULES),
         speed=entries.one_of(entry["speed"], SPEEDS),
         observation=entries.name(entry["observation"]),
-        value=entries.number(entry["value"]),
+        value=entries.as_number(entry["value"]),
         low=low,
         high=inf if isfinite(low) and not isfinite(high) else high,  # JSON has no infinity
         is_measured=bool(entry["is_measured"]),

@@ -15,7 +15,7 @@ from worm_msgs_py import BodyState, Keypoint, Midline, Observables
 from worm_msgs_py.contract.body import KEYPOINTS
 from worm_msgs_py.units import MM_PER_M
 
-_REAL = pa.float64()
+_FLOAT64 = pa.float64()
 _DEGREES = degrees(1.0)
 _OBSERVED = {
     "r_h_mm": ("r_h_m", MM_PER_M),
@@ -35,19 +35,19 @@ SCHEMA = pa.schema(
         ("frame", pa.int64()),
         ("where", pa.string()),
         ("status", pa.string()),
-        ("confidence", _REAL),
-        ("head_certainty", _REAL),
-        *((f"{point}_{axis}_px", _REAL) for point in KEYPOINTS for axis in "uv"),
-        *((f"{point}_{axis}_mm", _REAL) for point in KEYPOINTS for axis in "xy"),
-        *((f"{point}_yaw_deg", _REAL) for point in KEYPOINTS),
+        ("confidence", _FLOAT64),
+        ("head_certainty", _FLOAT64),
+        *((f"{point}_{axis}_px", _FLOAT64) for point in KEYPOINTS for axis in "uv"),
+        *((f"{point}_{axis}_mm", _FLOAT64) for point in KEYPOINTS for axis in "xy"),
+        *((f"{point}_yaw_deg", _FLOAT64) for point in KEYPOINTS),
         ("midline_u_px", pa.list_(pa.float32())),
         ("midline_v_px", pa.list_(pa.float32())),
         ("midline_width_px", pa.list_(pa.float32())),
-        ("length_mm", _REAL),
-        ("width_mm", _REAL),
-        ("length_px", _REAL),
-        ("width_px", _REAL),
-        *((name, _REAL) for name in _OBSERVED),
+        ("length_mm", _FLOAT64),
+        ("width_mm", _FLOAT64),
+        ("length_px", _FLOAT64),
+        ("width_px", _FLOAT64),
+        *((name, _FLOAT64) for name in _OBSERVED),
         ("contact", pa.bool_()),
     ]
 )

@@ -13,10 +13,10 @@ from worm_model.evaluation import (
     CERTAIN,
     Evaluation,
     Figure,
+    evaluate_tracks,
     read_tracks,
     read_truth,
 )
-from worm_model.evaluation import evaluate as compare
 from worm_msgs_py.errors import BadInput, EvaluationError
 from worm_msgs_py.limits import Limit
 
@@ -36,7 +36,7 @@ def evaluate(
     out/walk walk_truth.parquet`.
     """
     try:
-        result = compare(read_tracks(tracks), read_truth(truth), certain=certain)
+        result = evaluate_tracks(read_tracks(tracks), read_truth(truth), certain=certain)
     except EvaluationError as error:
         raise BadInput(str(error)) from None
     if as_json:

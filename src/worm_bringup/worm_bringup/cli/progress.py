@@ -25,7 +25,7 @@ from worm_bringup.graph.in_process import RunResult
 from worm_msgs_py.contract.source_events import in_words, read_source_events
 from worm_msgs_py.text import printable
 
-_SHOWN = (
+_QUANTITIES_SHOWN = (
     "d_c",
     "d_nc",
     "delta_r_h",
@@ -90,7 +90,7 @@ def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None
         said = f"{count} messages on {topic} were not of this graph and are ignored"
         console.print(printable(said), style="yellow", highlight=False, markup=False)
     between()
-    shown = {name: summary["quantities"][name] for name in _SHOWN}
+    shown = {name: summary["quantities"][name] for name in _QUANTITIES_SHOWN}
     known = {name: item for name, item in shown.items() if item["value"] is not None}
     if known:
         console.print(_table(known))

@@ -8,12 +8,11 @@ import typer
 
 from worm_bringup.cli import options
 from worm_msgs_py.text import printable
-from worm_tracker.sources.bags.bag_repair import name_of_repaired
-from worm_tracker.sources.bags.bag_repair import repair as repair_bag
+from worm_tracker.sources.bags.bag_repair import name_of_repaired, repair_bag
 from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
 from worm_tracker.sources.bags.scan.found import Lost
 
-_SHOWN = 20
+_MOST_LOSSES_SHOWN = 20
 
 
 def repair(
@@ -48,9 +47,9 @@ def repair(
 
 def lines_of(losses: Sequence[Lost]) -> list[str]:
     """Return what to say of what was lost; the last line counts."""
-    lines = [f"damaged: {printable(loss.why)}" for loss in losses[:_SHOWN]]
-    if len(losses) > _SHOWN:
-        lines.append(f"damaged: {len(losses) - _SHOWN} places more")
+    lines = [f"damaged: {printable(loss.why)}" for loss in losses[:_MOST_LOSSES_SHOWN]]
+    if len(losses) > _MOST_LOSSES_SHOWN:
+        lines.append(f"damaged: {len(losses) - _MOST_LOSSES_SHOWN} places more")
     known = sum(loss.messages or 0 for loss in losses)
     unknown = sum(loss.messages is None for loss in losses)
     if known or unknown:

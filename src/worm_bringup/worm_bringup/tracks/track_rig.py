@@ -22,7 +22,7 @@ from worm_msgs_py.units import MM_PER_M
 
 NO_PICTURE_PX_PER_M = 1e8
 """Of a table in millimetres: its picture is imagined, with pixels too small to limit anything."""
-LIMITS = {
+RIG_LIMITS = {
     "radius_mm": limits.RADIUS.to("mm"),
     "exit_width_mm": limits.EXIT_WIDTH.to("mm"),
     "depth_mm": limits.DEPTH.to("mm"),
@@ -68,7 +68,7 @@ class TableRig:
     known: Geometry | None = None
 
     def __post_init__(self) -> None:
-        wrong = first_refusal(self, LIMITS, may_lack=("exit_width_mm",))
+        wrong = first_refusal(self, RIG_LIMITS, may_lack=("exit_width_mm",))
         if wrong:
             raise BadInput(wrong)
         if self.exit_width_mm >= 2 * self.radius_mm:

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from worm_model.boundary_walk.parameters import WalkParameters
 
-_LONGEST = 50.0
+_LAST_IN_DECAYS = 50.0
 """Decays of the slow exponential after which C_θ is 0, or what it stays at."""
 
 
@@ -54,7 +54,7 @@ def persistence_time_s(parameters: WalkParameters) -> float:
         return nan
     slow, fast = _exponents(parameters)
     first_s = 1e-3 / abs(fast)
-    last_s = _LONGEST / max(-slow.real, 1e-12 * abs(fast))
+    last_s = _LAST_IN_DECAYS / max(-slow.real, 1e-12 * abs(fast))
     # Fine enough for an oscillation; a sum of two real exponentials turns once at most.
     lag_s = np.concatenate([[0.0], np.geomspace(first_s, last_s, 4000)])
     below = np.flatnonzero(direction_correlation(parameters, lag_s) < exp(-1.0))

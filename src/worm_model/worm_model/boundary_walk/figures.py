@@ -26,7 +26,7 @@ WIDTHS_MM = 0.5, 1.0, 3.0, 5.0
 """Panels of Fig. 5."""
 LONGEST_S = 250.0
 _MODEL, _GREY = "#CC79A7", "#767676"
-_STYLE = {
+_WALK_STYLE = {
     "font.family": "DejaVu Sans",
     "font.size": 7.5,
     "axes.titlesize": 7.5,
@@ -72,7 +72,7 @@ def write_figure(path: Path, rule: ReversalRule, *, hop_may_land: bool = True) -
         raise ValueError("rule rate: the paper gives a share of steps; use per_cycle or per_phase")
     if not path.parent.is_dir():
         raise ValueError(f"{path}: there is no directory {path.parent}; make it first")
-    with new_file(path) as unfinished, mpl.rc_context(_STYLE):
+    with new_file(path) as unfinished, mpl.rc_context(_WALK_STYLE):
         figure = draw_figure(rule, hop_may_land=hop_may_land)
         figure.savefig(unfinished, format=suffix[1:], dpi=200, metadata=_METADATA[suffix])
 

@@ -25,7 +25,7 @@ FORECAST = 2e-5
 """Error of probabilities in a forecast."""
 HIGHEST_PROBABILITY = 1.0 - 1e-4
 """Highest probability of which a quantile is given."""
-_CIRCLE = 32
+_POINTS_OF_CIRCLE = 32
 """Points of the circle about s = 0 from which the moments are taken."""
 _RATIO = 4.0
 _FEWEST_TERMS, _MOST_TERMS, _KEPT_TERMS = 1024, 1 << 17, 1 << 14
@@ -103,7 +103,7 @@ class SolvedWalk:
     def near_zero(self) -> tuple[float, Solution]:
         """The radius of a circle about s = 0, 1/s, and the transform on its upper half."""
         radius = _moment_radius(self._parameters)
-        angle = 2.0 * pi * np.arange(_CIRCLE // 2 + 1) / _CIRCLE
+        angle = 2.0 * pi * np.arange(_POINTS_OF_CIRCLE // 2 + 1) / _POINTS_OF_CIRCLE
         return radius, solve_transform(self._parameters, radius * np.exp(1j * angle))
 
     @cached_property
@@ -169,7 +169,7 @@ class FirstPassage:
         """⟨τ⟩ and ⟨τ²⟩, by Cauchy's integrals around s = 0."""
         radius, solution = self.walk.near_zero
         half = self._of(solution)
-        coefficients = np.fft.irfft(np.conj(half), _CIRCLE)[:3]
+        coefficients = np.fft.irfft(np.conj(half), _POINTS_OF_CIRCLE)[:3]
         return float(-coefficients[1] / radius), float(2.0 * coefficients[2] / radius**2)
 
     def within(self, t_s: ArrayLike) -> Floats:

@@ -7,8 +7,6 @@ from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.state import Direction, WalkState
 from worm_msgs_py.paper import TRIAL_S
 
-_HAIR = 1e-9
-
 
 def mean_tau_h_s(walk: WalkParameters) -> float:
     """Return ⟨τ_h⟩ from a uniform start, s."""
@@ -26,7 +24,7 @@ def mean_again_s(walk: WalkParameters) -> float:
 
     It slides on from the exit's edge, away from the exit; the two ways are mirror images.
     """
-    edge_rad = 0.5 * walk.exit_arc_mm / walk.radius_mm * (1.0 + _HAIR)
+    edge_rad = walk.exit_edge_rad
     start = WalkState(edge_rad, Direction.COUNTER_CLOCKWISE)
     return SolvedWalk(walk).first_passage(start).mean_s
 

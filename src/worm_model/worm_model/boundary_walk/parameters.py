@@ -79,6 +79,11 @@ class WalkParameters:
         return self.exit_width_mm
 
     @property
+    def exit_edge_rad(self) -> float:
+        """θ where the wall begins again: a hair beyond the exit's edge, so that it is wall."""
+        return 0.5 * self.exit_arc_mm / self.radius_mm * (1.0 + 1e-9)
+
+    @property
     def circumference_mm(self) -> float:
         """2πR, the exit's arc included."""
         return 2.0 * pi * self.radius_mm

@@ -14,7 +14,7 @@ from worm_model.boundary_walk.relative_state import RelativeState
 from worm_model.boundary_walk.singular_terms import Series, SingularTerms, hop_rates
 from worm_msgs_py.arrays import Floats
 
-_SMALL = 1e-2
+_SERIES_BELOW = 1e-2
 
 
 def singular_terms_of(parameters: WalkParameters, relative: RelativeState | None) -> SingularTerms:
@@ -67,7 +67,7 @@ class _TermBuilder:
         slow, both = exp((middle + gap) * y), -expm1(-2.0 * gap * y)
         cosh = slow * (2.0 - both) / 2.0
         sinh = slow * (both / (2.0 * gap) if gap > 0.0 else y)
-        if gap * y < _SMALL:
+        if gap * y < _SERIES_BELOW:
             return middle, gap, cosh, sinh, exp(middle * y) * y**3 / 6.0 * (1 + (gap * y) ** 2 / 10)
         return middle, gap, cosh, sinh, (y * cosh - sinh) / (2.0 * gap**2)
 

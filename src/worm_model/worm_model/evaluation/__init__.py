@@ -1,6 +1,6 @@
 """How far a trial's tracks are from its truth: every figure with the number of its frames."""
 
-from worm_model.evaluation.figures import CERTAIN, Evaluation, Figure, evaluate
+from worm_model.evaluation.figures import CERTAIN, Evaluation, Figure, evaluate_tracks
 from worm_model.evaluation.record import ChamberCircle, FrameTable
 from worm_model.evaluation.tables import frame_table_of, read_tracks, read_truth
 
@@ -10,7 +10,7 @@ __all__ = [
     "Evaluation",
     "Figure",
     "FrameTable",
-    "evaluate",
+    "evaluate_tracks",
     "frame_table_of",
     "read_tracks",
     "read_truth",

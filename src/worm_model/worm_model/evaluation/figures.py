@@ -14,7 +14,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from worm_model.evaluation.distances import as_given_rms, resampled, shape_rms
-from worm_model.evaluation.record import ChamberCircle, FrameTable, common_rows
+from worm_model.evaluation.record import FEWEST_FRAMES, ChamberCircle, FrameTable, common_rows
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.units import NS_PER_S
 
@@ -22,8 +22,6 @@ CERTAIN = 0.95
 """Head certainty from which a frame counts as not flagged uncertain."""
 SETTLING_S = 5.0
 """Which end is the head is judged from then on."""
-FEWEST_FRAMES = 20
-"""A 95th percentile, or a share of frames, needs as many."""
 FEWEST_EPISODES = 5
 LONGEST_GAP_S = 0.5
 """As in the analysis, frames that do not tell the contact split no episode if they are few."""
@@ -98,7 +96,9 @@ class Evaluation:
         }
 
 
-def evaluate(tracks: FrameTable, truth: FrameTable, *, certain: float = CERTAIN) -> Evaluation:
+def evaluate_tracks(
+    tracks: FrameTable, truth: FrameTable, *, certain: float = CERTAIN
+) -> Evaluation:
     """Compare tracks with the truth.
 
     Parameters

@@ -11,6 +11,7 @@ from worm_msgs_py.errors import EvaluationError
 LEAST_IN_COMMON = 0.9
 """Of the frames of the shorter table."""
 FEWEST_FRAMES = 20
+"""A 95th percentile, a share of frames, or a worm's shift needs as many."""
 
 
 @dataclass(frozen=True, slots=True)

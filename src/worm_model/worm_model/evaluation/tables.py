@@ -19,7 +19,7 @@ from worm_msgs_py.files.json_files import read_json
 
 TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
 _NEEDED = tuple(f"{point}_{axis}_px" for point in KEYPOINTS for axis in "uv")
-_CIRCLE = ("circle_u_px", "circle_v_px", "circle_radius_px", "exit_deg")
+_CIRCLE_COLUMNS = ("circle_u_px", "circle_v_px", "circle_radius_px", "exit_deg")
 
 
 def read_tracks(path: Path) -> FrameTable:
@@ -134,9 +134,9 @@ def _circles_of_summary(file: Path) -> dict[str, ChamberCircle] | None:
 
 
 def _circles_of_rows(columns: Mapping[str, list[Any]]) -> dict[str, ChamberCircle]:
-    if any(column not in columns for column in ("chamber", *_CIRCLE)):
+    if any(column not in columns for column in ("chamber", *_CIRCLE_COLUMNS)):
         return {}
-    rows = zip(*(columns[column] for column in _CIRCLE), strict=True)
+    rows = zip(*(columns[column] for column in _CIRCLE_COLUMNS), strict=True)
     return {
         name: ChamberCircle(*row)
         for name, row in zip(columns["chamber"], rows, strict=True)

@@ -24,12 +24,12 @@ from worm_msgs_py.limits import Limit, first_refusal
 from worm_msgs_py.paper import SUCCESS, TRIAL_S
 from worm_msgs_py.units import MM_PER_M
 
-LIMITS = {
+MODEL_LIMITS = {
     "longest_lag_s": Limit(1e-3, 86_400.0, "s"),
     "lag_step_s": Limit(1e-3, 86_400.0, "s"),
     "forecast_interval_s": Limit(1e-3, 86_400.0, "s"),
 }
-MOST_LAGS = 10_000
+MOST_MODEL_LAGS = 10_000
 PER_TRIAL = f"per {TRIAL_S / 60:.0f} min"
 
 
@@ -72,13 +72,13 @@ class ModelParameters:
         ):
             if value not in known:
                 raise BadInput(f"{name} is {value!r}; known: {', '.join(known)}")
-        wrong = first_refusal(self, LIMITS)
+        wrong = first_refusal(self, MODEL_LIMITS)
         if wrong:
             raise BadInput(wrong)
-        if not self.longest_lag_s / MOST_LAGS <= self.lag_step_s <= self.longest_lag_s:
+        if not self.longest_lag_s / MOST_MODEL_LAGS <= self.lag_step_s <= self.longest_lag_s:
             raise BadInput(
                 f"lag_step_s is {self.lag_step_s:g}: give at most longest_lag_s, "
-                f"{self.longest_lag_s:g} s, and at least a {MOST_LAGS}th of it"
+                f"{self.longest_lag_s:g} s, and at least a {MOST_MODEL_LAGS}th of it"
             )
 
     @property

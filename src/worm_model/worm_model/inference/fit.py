@@ -32,7 +32,7 @@ REVERSAL_NAMES = {
     ReversalRule.PER_PHASE: "reversal_per_phase",
     ReversalRule.RATE: "reversal_rate",
 }
-PAPER = {
+PAPER_NUMBERS = {
     "d_c": _DEFAULTS.mean_slide_mm,
     "d_nc": _DEFAULTS.mean_hop_mm,
     "v_w": _DEFAULTS.speed_mm_s,
@@ -149,7 +149,7 @@ def fit_walk(
         See `WalkParameters`.
     """
     found = {quantity.name: quantity for quantity in quantities}
-    numbers = {name: _fitted(interval_of(found, name), name) for name in PAPER}
+    numbers = {name: _fitted(interval_of(found, name), name) for name in PAPER_NUMBERS}
     if reversals is not None and reversals.changes >= FEWEST_REVERSALS:
         numbers["reversal_per_phase"] = _fitted(reversals.per_phase(), "reversal_per_phase")
     else:
@@ -180,7 +180,7 @@ def _fitted(measured: Interval, name: str) -> Fitted:
     lowest = LOWEST.get(name, 0.0)
     if not (isfinite(measured[0]) and measured[0] >= lowest):
         nan = float("nan")
-        return Fitted(PAPER[name], nan, nan, is_measured=False)
+        return Fitted(PAPER_NUMBERS[name], nan, nan, is_measured=False)
     value, low, high = measured
     return Fitted(value, max(low, lowest), high, is_measured=True)
 

@@ -12,7 +12,6 @@ from worm_msgs_py import Forecast, Observables, Where
 
 QUANTILES = (0.05, 0.5, 0.95)
 _CHAMBERS = (Where.CHAMBER_A, Where.CHAMBER_B)
-_HAIR = 1e-9
 
 
 class Forecaster:
@@ -83,7 +82,7 @@ class Forecaster:
         if not (isfinite(theta_rad) and isfinite(direction) and isfinite(contact)):
             return None
         walk = self.walk
-        edge_rad = 0.5 * walk.exit_arc_mm / walk.radius_mm * (1.0 + _HAIR)
+        edge_rad = walk.exit_edge_rad
         theta = remainder(theta_rad, 2.0 * pi)
         if contact and abs(theta) < edge_rad:
             theta = copysign(edge_rad, theta)

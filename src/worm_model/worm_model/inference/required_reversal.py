@@ -18,7 +18,7 @@ from worm_model.boundary_walk.direction_correlation import persistence_time_s
 from worm_model.boundary_walk.mean_passage import mean_again_s, mean_tau_h_s, skips_per_trial
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.inference.escape import escape_time
-from worm_model.inference.fit import PAPER, REVERSAL_NAMES, Speed, WalkFit, interval_of
+from worm_model.inference.fit import PAPER_NUMBERS, REVERSAL_NAMES, Speed, WalkFit, interval_of
 from worm_msgs_py import NeededReversal, Quantity, paper
 from worm_msgs_py.intervals import Interval
 
@@ -180,11 +180,11 @@ def paper_needs(exit_width_mm: float = 1.0) -> tuple[NeededReversal, ...]:
         for rule in ReversalRule:
             walk = WalkParameters(
                 exit_width_mm=exit_width_mm,
-                speed_mm_s=PAPER[speed.value],
-                reversal=PAPER[REVERSAL_NAMES[rule]],
+                speed_mm_s=PAPER_NUMBERS[speed.value],
+                reversal=PAPER_NUMBERS[REVERSAL_NAMES[rule]],
                 rule=rule,
             )
-            simulated = replace(walk, speed_mm_s=PAPER["v_w"])
+            simulated = replace(walk, speed_mm_s=PAPER_NUMBERS["v_w"])
             needs += needed_reversals(walk, speed, _paper_observations(simulated))
     return tuple(needs)
 

@@ -23,7 +23,7 @@ _REAL = (
     "length_m",
     "width_m",
 )
-_NAMES = [
+_JOINT_NAMES = [
     *_WHOLE,
     "where",
     "status",
@@ -45,7 +45,9 @@ def body_state_to_msg(state: BodyState) -> JointState:
             float(point.y_m),
             float(point.yaw_rad),
         )
-    return JointState(header=header(state.stamp_ns, state.frame_id), name=_NAMES, position=position)
+    return JointState(
+        header=header(state.stamp_ns, state.frame_id), name=_JOINT_NAMES, position=position
+    )
 
 
 @strict

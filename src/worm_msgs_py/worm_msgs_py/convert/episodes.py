@@ -9,8 +9,8 @@ from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.convert.strict import strict
 
-_KINDS: dict[str, type[Event]] = {"episode": Episode, "visit": Visit, "attempt": Attempt}
-_NAMES = {kind: name for name, kind in _KINDS.items()}
+_TYPE_OF_NAME: dict[str, type[Event]] = {"episode": Episode, "visit": Visit, "attempt": Attempt}
+_NAME_OF_TYPE = {kind: name for name, kind in _TYPE_OF_NAME.items()}
 
 
 def events_to_msg(events: Sequence[Event], stamp_ns: int) -> DiagnosticArray:
@@ -18,7 +18,7 @@ def events_to_msg(events: Sequence[Event], stamp_ns: int) -> DiagnosticArray:
     return DiagnosticArray(
         header=header(stamp_ns, ""),
         status=[
-            record_to_status(_NAMES[type(event)], _describe(event), event, event.chamber)
+            record_to_status(_NAME_OF_TYPE[type(event)], _describe(event), event, event.chamber)
             for event in events
         ],
     )
@@ -27,7 +27,7 @@ def events_to_msg(events: Sequence[Event], stamp_ns: int) -> DiagnosticArray:
 @strict
 def events_from_msg(msg: DiagnosticArray) -> tuple[Event, ...]:
     """Read events; KeyError where a status is not of a kind that we know."""
-    return tuple(status_to_record(status, _KINDS[status.name]) for status in msg.status)
+    return tuple(status_to_record(status, _TYPE_OF_NAME[status.name]) for status in msg.status)
 
 
 def _describe(event: Event) -> str:

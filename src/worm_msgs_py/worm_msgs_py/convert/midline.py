@@ -15,14 +15,14 @@ from worm_msgs_py.contract.body import BodyState, Midline
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.convert.strict import strict
 
-_NAMES = ("x", "y", "z", "s", "width", "u_px", "v_px", "s_px", "width_px")
+_FIELD_NAMES = ("x", "y", "z", "s", "width", "u_px", "v_px", "s_px", "width_px")
 _BYTES = 4
 _FLOAT = PointField.FLOAT32
 _FIELDS = [
     PointField(name=name, offset=_BYTES * index, datatype=PointField.FLOAT32, count=1)
-    for name, index in zip(_NAMES, count(), strict=False)
+    for name, index in zip(_FIELD_NAMES, count(), strict=False)
 ]
-_STEP = _BYTES * len(_NAMES)
+_STEP = _BYTES * len(_FIELD_NAMES)
 
 
 def midline_to_msg(midline: Midline, state: BodyState) -> PointCloud2:
@@ -64,9 +64,9 @@ def midline_from_msg(msg: PointCloud2) -> Midline:
     offsets = {field.name: field.offset for field in msg.fields if field.datatype == _FLOAT}
     layout = np.dtype(
         {
-            "names": list(_NAMES),
-            "formats": [">f4" if msg.is_bigendian else "<f4"] * len(_NAMES),
-            "offsets": [offsets[name] for name in _NAMES],
+            "names": list(_FIELD_NAMES),
+            "formats": [">f4" if msg.is_bigendian else "<f4"] * len(_FIELD_NAMES),
+            "offsets": [offsets[name] for name in _FIELD_NAMES],
             "itemsize": msg.point_step,
         }
     )

@@ -5,7 +5,6 @@ nothing of its last event. So each node, as it finishes, announces how many mess
 each topic, and the recorder is done when it holds exactly as many.
 """
 
-import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +18,6 @@ from worm_msgs_py.ros.qos import FLOW
 from worm_msgs_py.ros.worm_node import WormNode
 
 _FINISHED = "finished"
-_WHOLE = re.compile("[0-9]{1,15}")
 _IGNORED = "ignored "
 
 

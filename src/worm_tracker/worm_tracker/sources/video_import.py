@@ -19,14 +19,14 @@ from worm_msgs_py.files.whole_files import new_folder, refuse_existing
 from worm_tracker.sources.bags.bag_writer import PictureRecorder
 from worm_tracker.sources.image_decoder import COMPRESSED_TYPE
 
-Picture = NDArray[np.uint8] | NDArray[np.uint16]
+GreyPicture = NDArray[np.uint8] | NDArray[np.uint16]
 
 STILLS = (".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif", ".tiff")
 """Files that a folder's sequence is made of."""
 STACKS = (".tif", ".tiff")
 _GREY = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
 _PNG_SPEED = [cv2.IMWRITE_PNG_COMPRESSION, 1]
-_TYPES = get_typestore(Stores.ROS2_JAZZY)
+_TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +156,7 @@ def _write(
     return start_ns, last_ns
 
 
-def _pictures(film: Film) -> Iterator[tuple[Picture, int]]:
+def _pictures(film: Film) -> Iterator[tuple[GreyPicture, int]]:
     """Give the pictures in order, each with its time by the file, nanoseconds (0: none)."""
     if film.path.is_dir():
         for still in _stills(film.path):
@@ -171,7 +171,7 @@ def _pictures(film: Film) -> Iterator[tuple[Picture, int]]:
         yield from _frames(film)
 
 
-def _frames(film: Film) -> Iterator[tuple[Picture, int]]:
+def _frames(film: Film) -> Iterator[tuple[GreyPicture, int]]:
     capture = _capture(film.path)
     try:
         while capture.grab():
@@ -212,27 +212,27 @@ def _natural(file: Path) -> list[tuple[int, str]]:
     return [(int(part), "") if part.isdigit() else (0, part) for part in parts]
 
 
-def _read(still: Path) -> Picture:
+def _read(still: Path) -> GreyPicture:
     picture = cv2.imread(str(still), _GREY)
     if picture is None:
         raise BadInput(f"{still}: cannot be read as a picture; remove it or mend it")
     return _of_a_depth_that_is_read(np.asarray(picture), still)
 
 
-def _of_a_depth_that_is_read(picture: NDArray[Any], path: Path) -> Picture:
+def _of_a_depth_that_is_read(picture: NDArray[Any], path: Path) -> GreyPicture:
     if picture.dtype not in (np.uint8, np.uint16):
         raise BadInput(f"{path}: pixels are {picture.dtype}; convert them to 8 or 16 bits")
     return picture if picture.ndim == 2 else _grey(picture)
 
 
-def _grey(picture: NDArray[Any]) -> Picture:
+def _grey(picture: NDArray[Any]) -> GreyPicture:
     if picture.ndim == 2:
         return picture
-    grey: Picture = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)  # type: ignore[assignment]
+    grey: GreyPicture = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)  # type: ignore[assignment]
     return grey
 
 
-def _message(picture: Picture, stamp_ns: int, jpeg_quality: int | None) -> bytes:
+def _message(picture: GreyPicture, stamp_ns: int, jpeg_quality: int | None) -> bytes:
     """Return a serialised CompressedImage."""
     if jpeg_quality is None:
         done, data = cv2.imencode(".png", picture, _PNG_SPEED)
@@ -243,13 +243,13 @@ def _message(picture: Picture, stamp_ns: int, jpeg_quality: int | None) -> bytes
     if not done:
         raise BadInput(f"a picture of {_size(picture.shape)} pixels cannot be encoded")
     seconds, nanoseconds = divmod(stamp_ns, 10**9)
-    time = _TYPES.types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
-    header = _TYPES.types["std_msgs/msg/Header"](stamp=time, frame_id=CAMERA)
+    time = _TYPESTORE.types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
+    header = _TYPESTORE.types["std_msgs/msg/Header"](stamp=time, frame_id=CAMERA)
     kind = "png" if jpeg_quality is None else "jpeg"
-    message = _TYPES.types[COMPRESSED_TYPE](
+    message = _TYPESTORE.types[COMPRESSED_TYPE](
         header=header, format=kind, data=np.asarray(data, np.uint8).ravel()
     )
-    return bytes(_TYPES.serialize_cdr(message, COMPRESSED_TYPE))
+    return bytes(_TYPESTORE.serialize_cdr(message, COMPRESSED_TYPE))
 
 
 def _size(shape: tuple[int, ...]) -> str:

@@ -26,7 +26,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from worm_msgs_py.errors import BadInput
 from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.bags.bag_repair import repair
+from worm_tracker.sources.bags.bag_repair import repair_bag
 from worm_tracker.sources.bags.serialized_images import stamp_of, with_stamp
 from worm_tracker.sources.image_decoder import PictureDecoder
 
@@ -221,7 +221,7 @@ def test_half_a_file_says_how_to_save_the_rest(tmp_path, storage, alone):
 def test_what_cannot_be_repaired_leaves_no_file(tmp_path):
     (tmp_path / "a.mcap").write_bytes(b"\x89MCAP0\r\n and no more")
     with pytest.raises(BadInput, match="nothing can be saved"):
-        repair(tmp_path / "a.mcap", tmp_path / "b.mcap")
+        repair_bag(tmp_path / "a.mcap", tmp_path / "b.mcap")
     assert [file.name for file in tmp_path.iterdir()] == ["a.mcap"]
 
 

@@ -17,7 +17,7 @@ from rosbags.rosbag2 import Reader
 
 from worm_msgs_py.errors import BadInput
 from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.bags.bag_repair import repair
+from worm_tracker.sources.bags.bag_repair import repair_bag
 from worm_tracker.sources.bags.bag_writer import PictureRecorder
 from worm_tracker.sources.cameras.camera import Camera
 from worm_tracker.sources.image_decoder import IMAGE_TYPE
@@ -181,7 +181,7 @@ def test_a_crash_costs_no_more_than_a_chunk(tmp_path):
     assert status == 9, said
     with pytest.raises(BadInput, match=r"metadata.yaml is missing"):
         BagPictures(tmp_path / "bag")
-    saved = repair(storage_file(tmp_path / "bag"), tmp_path / "saved.mcap").saved
+    saved = repair_bag(storage_file(tmp_path / "bag"), tmp_path / "saved.mcap").saved
     assert 8 <= saved <= 10
     with BagPictures(tmp_path / "saved.mcap") as bag:
         assert [picture.stamp_ns for picture in bag] == [START_NS + k * 1000 for k in range(saved)]

@@ -16,9 +16,9 @@ from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.paper import paper_number
 
-_MERGED = 2
+_ANGLE_BINS_MERGED = 2
 """Bins of 2° that are drawn as one."""
-_PAPER = [paper_number(f"psi_b_{side}_peak") for side in ("negative", "positive")]
+_PAPER_PEAKS_DEG = [paper_number(f"psi_b_{side}_peak") for side in ("negative", "positive")]
 ANGLE_EDGES_DEG = np.degrees(ANGLE_EDGES)
 _READING = (
     "ψ<sub>b</sub> is the signed angle from the outward normal at the head to the vector from the "
@@ -45,8 +45,8 @@ def angle_density(counts: Floats) -> tuple[Floats, Floats]:
     density : ndarray, shape (90,)
         1/degree, of unit area.
     """
-    edges: Floats = ANGLE_EDGES_DEG[::_MERGED]
-    merged = counts.reshape(-1, _MERGED).sum(axis=1)
+    edges: Floats = ANGLE_EDGES_DEG[::_ANGLE_BINS_MERGED]
+    merged = counts.reshape(-1, _ANGLE_BINS_MERGED).sum(axis=1)
     density: Floats = merged / (max(float(counts.sum()), 1.0) * np.diff(edges))
     return edges, density
 
@@ -73,7 +73,7 @@ def body_angle_panel(data: ReportData) -> Panel:
     axes.stairs(density, edges, color=INK, linewidth=1.1)
     axes.stairs(density, edges, color=INK, fill=True, alpha=0.1)
     top = float(density.max()) * 1.6
-    for paper_deg, label in zip(_PAPER, ("paper, −34° and +30°", None), strict=True):
+    for paper_deg, label in zip(_PAPER_PEAKS_DEG, ("paper, −34° and +30°", None), strict=True):
         axes.plot([paper_deg, paper_deg], [0, 0.72 * top], label=label, **PAPER_STYLE)
     peaks = [data.quantity(f"psi_b_{side}_peak") for side in ("negative", "positive")]
     for peak in peaks:

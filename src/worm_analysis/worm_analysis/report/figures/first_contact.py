@@ -11,7 +11,7 @@ from worm_analysis.report.theme import COLUMN_IN, INK, PAPER_STYLE, new_figure
 from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.wording import not_enough
 
-_BINS = 18
+_ANGLE_BINS = 18
 _READING = (
     "θ<sub>h</sub><sup>0</sup>: polar angle of the head at its first contact with the wall after "
     "it entered a chamber; 0 is the middle of the exit through which it came. One value a visit, "
@@ -33,7 +33,7 @@ def first_contact(data: ReportData) -> Panel:
         return Panel(**base, why=NO_CHAMBER)
     if len(angles) < FIGURES.fewest_items:
         return Panel(**base, why=not_enough(len(angles), "visits", FIGURES.fewest_items))
-    edges = np.linspace(-180.0, 180.0, _BINS + 1)
+    edges = np.linspace(-180.0, 180.0, _ANGLE_BINS + 1)
     counts, _ = np.histogram(angles, edges)
     density = counts / len(angles) / np.diff(edges)
     figure = new_figure(COLUMN_IN, 2.7)

@@ -27,9 +27,9 @@ from worm_msgs_py.intervals import poisson_rate
 from worm_msgs_py.units import MM_PER_M
 
 DEPTH_BIN_MM = MM_PER_M * DEPTH_BIN_M
-_MERGED = 5
+_DEPTH_BINS_MERGED = 5
 """Bins of the fit that are drawn as one."""
-BIN_MM = _MERGED * DEPTH_BIN_MM
+BIN_MM = _DEPTH_BINS_MERGED * DEPTH_BIN_MM
 _READING = (
     "<i>x</i><sub>p</sub>: how far along the passage the head got, from where its walls meet the "
     "circle, in an attempt that failed. Points: density with its 95 % Poisson interval. Blue: "
@@ -108,7 +108,7 @@ def _draw(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDens
 
 def _density(counts: Floats, least_mm: float, failed: int) -> LengthDensity:
     """Return the density in bins of half a millimetre, of unit area above the least depth seen."""
-    merged = counts.reshape(-1, _MERGED).sum(axis=1)
+    merged = counts.reshape(-1, _DEPTH_BINS_MERGED).sum(axis=1)
     last = int(np.flatnonzero(merged)[-1]) + 1
     merged = merged[:last]
     edges: Floats = least_mm + BIN_MM * np.arange(last + 1, dtype=np.float64)

@@ -22,9 +22,9 @@ from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.body import KEYPOINTS
 from worm_msgs_py.paper import paper_number
 
-_MERGED = 2
+_BINS_MERGED = 2
 """Bins of R/100 that are drawn as one."""
-_BINS = 55
+_SHOWN_BINS = 55
 _LETTERS = {"head": "h", "centroid": "c", "tail": "t"}
 _READING = (
     "<i>P</i>(<i>r</i>) d<i>r</i> is the fraction of frames in which head tip "
@@ -54,8 +54,8 @@ def radial_density(counts: Floats, radius_mm: float) -> tuple[Floats, Floats]:
     density : ndarray, shape (55,)
         1/mm, of unit area where no distance is beyond the last edge.
     """
-    edges: Floats = RADIUS_EDGES[::_MERGED][: _BINS + 1] * radius_mm
-    merged = counts.reshape(-1, _MERGED).sum(axis=1)[:_BINS]
+    edges: Floats = RADIUS_EDGES[::_BINS_MERGED][: _SHOWN_BINS + 1] * radius_mm
+    merged = counts.reshape(-1, _BINS_MERGED).sum(axis=1)[:_SHOWN_BINS]
     density: Floats = merged / (max(float(counts.sum()), 1.0) * np.diff(edges))
     return edges, density
 

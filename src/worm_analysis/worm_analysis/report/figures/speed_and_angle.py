@@ -33,7 +33,7 @@ _DOTS: dict[str, Any] = {
     "mew": 0,
     "zorder": 1,
 }
-_PAPER = paper_number("v_w")
+_PAPER_SPEED = paper_number("v_w")
 _READING_ANGLE = (
     "θ̇<sub>h</sub> = Δθ<sub>h</sub>/Δ<i>t</i> over Δ<i>t</i> = 1 s, against the body angle "
     "ψ<sub>b</sub> in the same frame. Points: frames, evenly thinned. Black: the mean over all "

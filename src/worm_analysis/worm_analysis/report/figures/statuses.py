@@ -41,7 +41,9 @@ def statuses(results: Results) -> Panel:
     for place, label in enumerate(reversed(present)):
         chosen = status == label
         colour = TAIL_COLOUR if label in WITH_POSE else HEAD_COLOUR
-        axes.broken_barh(runs(t_s, chosen), (place - 0.36, 0.72), color=colour, linewidth=0)
+        axes.broken_barh(
+            times_of_runs(t_s, chosen), (place - 0.36, 0.72), color=colour, linewidth=0
+        )
         axes.annotate(
             thousands(int(chosen.sum())),
             (1.0, place),
@@ -60,7 +62,7 @@ def statuses(results: Results) -> Panel:
     return Panel(**base, figure=figure, alt=f"Status of each frame against time: {told}.")
 
 
-def runs(t_s: Floats, chosen: np.ndarray) -> list[tuple[float, float]]:
+def times_of_runs(t_s: Floats, chosen: np.ndarray) -> list[tuple[float, float]]:
     """Return start and length of each run of chosen frames, s.
 
     A run reaches to the next frame, and each is at least 1/1200 of the trial long so that a single

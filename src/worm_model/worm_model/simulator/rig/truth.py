@@ -14,9 +14,9 @@ from worm_model.simulator.rig.body import Body
 from worm_model.simulator.rig.drawing import Coverage, worm_coverage
 from worm_model.simulator.rig.geometry import Rig
 from worm_msgs_py.files.whole_files import whole_file
-from worm_msgs_py.paper import CONTACT_FACTOR
+from worm_msgs_py.paper import CONTACT_DISTANCE_WIDTHS
 
-MIDLINE_POINTS = 50
+TRUE_MIDLINE_POINTS = 50
 HEAD_PART = 0.1
 """The head's direction is that of the midline's first tenth."""
 
@@ -78,7 +78,7 @@ def truth_of(
     coverage : Coverage, optional
         The body's, where it is at hand already.
     """
-    midline = body.at(np.linspace(0.0, body.length_px, MIDLINE_POINTS))
+    midline = body.at(np.linspace(0.0, body.length_px, TRUE_MIDLINE_POINTS))
     chamber, where = rig.chamber_of(*midline[0]), rig.where(*midline[0])
     points = {
         "head": _pair(midline[0]),
@@ -108,7 +108,7 @@ def truth_of(
         theta_h_rad=atan2(head[1], head[0]),
         psi_b_deg=_angle_to_normal_deg(head, mm["centroid"]),
         psi_h_deg=_angle_to_normal_deg(head, mm["neck"]),
-        contact=rig.radius_mm - r_h < CONTACT_FACTOR * width_mm if in_chamber else None,
+        contact=rig.radius_mm - r_h < CONTACT_DISTANCE_WIDTHS * width_mm if in_chamber else None,
         circle_u_px=chamber.centre_u_px,
         circle_v_px=chamber.centre_v_px,
         circle_radius_px=chamber.radius_px,

@@ -13,13 +13,13 @@ from worm_tracker.sources.bags.scan.scan import COMPRESSED_STORAGE, STORAGE, lis
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 _SQLITE_MAGIC = b"SQLite format 3\x00"
 _VIDEOS = {".avi", ".mp4", ".mkv", ".mov", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv"}
-_KINDS = "a rosbag2 directory, an .mcap file or a .db3 file"
+_KINDS_OF_BAGS = "a rosbag2 directory, an .mcap file or a .db3 file"
 _LOGS = ("-wal", "-journal")
 
 
 def no_bag_there(path: Path) -> BadInput:
     """Return the fault of a path that leads nowhere."""
-    return BadInput(f"{path}: no such bag; give {_KINDS}")
+    return BadInput(f"{path}: no such bag; give {_KINDS_OF_BAGS}")
 
 
 def why_not_a_bag(path: Path) -> BadInput | None:
@@ -49,7 +49,9 @@ def why_no_storage(path: Path) -> BadInput | None:
         return _why_not_storage(path)
     files = _storage_files(path)
     if not files and not (path / "metadata.yaml").is_file():
-        return BadInput(f"{path}: not a bag: the directory holds no metadata.yaml; give {_KINDS}")
+        return BadInput(
+            f"{path}: not a bag: the directory holds no metadata.yaml; give {_KINDS_OF_BAGS}"
+        )
     odd = next((file for file in files if not file.is_file()), None)
     if odd is not None:
         return BadInput(f"{odd}: not a regular file, so no part of a bag; take it out of the bag")
@@ -68,9 +70,9 @@ def _why_not_storage(path: Path) -> BadInput | None:
             f"`rosbags-convert --src {quoted} --dst BAG`"
         )
     if path.suffix not in STORAGE:
-        return BadInput(f"{path}: not a bag; give {_KINDS}")
+        return BadInput(f"{path}: not a bag; give {_KINDS_OF_BAGS}")
     if not path.is_file():
-        return BadInput(f"{path}: not a regular file, so not a bag; give {_KINDS}")
+        return BadInput(f"{path}: not a regular file, so not a bag; give {_KINDS_OF_BAGS}")
     if not _has_bytes(path):
         return BadInput(f"{path}: the file is empty (0 bytes); the recorder never wrote to it")
     return None

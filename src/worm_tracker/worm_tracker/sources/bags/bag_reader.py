@@ -32,7 +32,7 @@ from worm_tracker.sources.image_decoder import (
 REORDERED = 8
 """Pictures that are held back to put those into order that were recorded out of it."""
 
-_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE)
+_PICTURE_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE)
 _TRIED = 100
 """Messages that may be unreadable at the start before the topic is taken to hold no picture."""
 
@@ -297,13 +297,15 @@ def _check_range(start_offset_s: float, playback_duration_s: float | None) -> No
 
 def _choose(path: Path, bag: BagSource, topic: str | None) -> tuple[str, str]:
     """Return name and type of the topic that is to be read."""
-    pictures = {key: count for key, count in bag.counts.items() if key[1] in _TYPES}
+    pictures = {key: count for key, count in bag.counts.items() if key[1] in _PICTURE_TYPES}
     listed = (
         ", ".join(sorted(f"{name} ({kind or 'of no known type'})" for name, kind in bag.counts))
         or "nothing"
     )
     if not pictures:
-        raise BadInput(f"{path}: no topic of pictures ({' or '.join(_TYPES)}); it holds {listed}")
+        raise BadInput(
+            f"{path}: no topic of pictures ({' or '.join(_PICTURE_TYPES)}); it holds {listed}"
+        )
     if topic is not None:
         wanted = "/" + topic.lstrip("/")
         chosen = {key: n for key, n in pictures.items() if "/" + key[0].lstrip("/") == wanted}

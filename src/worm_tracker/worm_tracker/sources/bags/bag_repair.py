@@ -39,7 +39,7 @@ def name_of_repaired(bag: Path) -> Path:
     return folder / f"{stem}_repaired.mcap"
 
 
-def repair(damaged: Path, repaired: Path, max_chunk_mib: float = MAX_CHUNK_MIB) -> Survey:
+def repair_bag(damaged: Path, repaired: Path, max_chunk_mib: float = MAX_CHUNK_MIB) -> Survey:
     """Copy every message that can be read into a new .mcap file, with index and checksums.
 
     Parameters

@@ -9,8 +9,8 @@ from pathlib import Path
 from worm_tracker.sources.bags.scan.found import Found, FoundMessage, Lost, Topic
 from worm_tracker.sources.bags.scan.guessing import guessed_topic
 from worm_tracker.sources.bags.scan.sqlite_pages import (
-    MAGIC,
     SIZES,
+    SQLITE_MAGIC,
     Cell,
     SqlitePages,
     columns,
@@ -76,7 +76,7 @@ class Db3Scan:
 
 
 def _about_the_header(head: bytes, declared: int | None, size: int) -> Iterator[Lost]:
-    if not head.startswith(MAGIC) or declared != size:
+    if not head.startswith(SQLITE_MAGIC) or declared != size:
         yield Lost(f"its header is damaged; it was read in pages of {size} bytes", 0)
 
 

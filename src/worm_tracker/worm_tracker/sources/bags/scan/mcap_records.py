@@ -6,12 +6,12 @@ from enum import IntEnum
 
 from worm_tracker.sources.bags.scan.found import Topic
 
-MAGIC = b"\x89MCAP0\r\n"
+MCAP_MAGIC = b"\x89MCAP0\r\n"
 HEAD = struct.Struct("<BQ")
 MESSAGE_HEAD = struct.Struct("<HIQQ")
 _CHUNK_HEAD = struct.Struct("<QQQI")
 _U16, _U32, _U64 = struct.Struct("<H"), struct.Struct("<I"), struct.Struct("<Q")
-_SMALL = 1 << 24
+_RECORD_BELOW = 1 << 24
 """No record but chunks, messages and attachments is larger than this."""
 
 
@@ -197,9 +197,12 @@ def is_plausible(op: int, length: int, start: bytes, left: int, *, strictly: boo
         return length == (20 if op == Op.FOOTER else 4)
     if op in (Op.SCHEMA, Op.CHANNEL):
         at = 2 if op == Op.SCHEMA else 4
-        return len(start) >= at + 4 and at + 4 + _U32.unpack_from(start, at)[0] < length < _SMALL
+        return (
+            len(start) >= at + 4
+            and at + 4 + _U32.unpack_from(start, at)[0] < length < _RECORD_BELOW
+        )
     if strictly:
         return False
     if op == Op.ATTACHMENT or op >= 0x80:
         return True
-    return op in _KNOWN and length < _SMALL
+    return op in _KNOWN and length < _RECORD_BELOW

@@ -14,7 +14,7 @@ from worm_tracker.sources.bags.scan.guessing import guessed_topic
 from worm_tracker.sources.bags.scan.mcap_chunk import ChunkReading, records_in
 from worm_tracker.sources.bags.scan.mcap_records import (
     HEAD,
-    MAGIC,
+    MCAP_MAGIC,
     MESSAGE_HEAD,
     Described,
     Op,
@@ -24,10 +24,10 @@ from worm_tracker.sources.bags.scan.mcap_records import (
     read_message_index,
     read_schema,
 )
-from worm_tracker.sources.bags.scan.mcap_summary import Summary, read_summary
+from worm_tracker.sources.bags.scan.mcap_summary import McapSummary, read_mcap_summary
 
 _WINDOW = 1 << 20
-_START = 64
+_RECORD_START = 64
 _ANY = re.compile(rb"[\x02-\x07\x0f](?=.{4}\x00{4})", re.DOTALL)
 _AROUND_CHUNKS = re.compile(rb"[\x02\x06\x07\x0f](?=.{4}\x00{4})", re.DOTALL)
 """What lies between compressed chunks: anything else that is found there is in one."""
@@ -56,7 +56,7 @@ class McapScan:
         with self._path.open("rb") as file:
             self._file: BinaryIO = file
             self._size = os.fstat(file.fileno()).st_size
-            self._summary: Summary = read_summary(file, self._size)
+            self._summary: McapSummary = read_mcap_summary(file, self._size)
             for found in self._walk():
                 if isinstance(found, Lost):
                     self._lost += found.messages or 0
@@ -66,7 +66,7 @@ class McapScan:
             yield from self._missing()
 
     def _walk(self) -> Iterator[Found]:
-        at, end = len(MAGIC), self._summary.starts_at or self._size
+        at, end = len(MCAP_MAGIC), self._summary.starts_at or self._size
         closed = bool(self._summary.starts_at)
         while at < end:
             op, length = self._record_at(at) or (0, 0)
@@ -99,14 +99,14 @@ class McapScan:
             return self._next_record(at + 1, end, _AROUND_CHUNKS)
         kinds = _AROUND_CHUNKS if self._compressed else _ANY
         after = self._next_record(at + 1, end, kinds)
-        if after - at > len(MAGIC) or self._read(at, len(MAGIC)) != MAGIC:
+        if after - at > len(MCAP_MAGIC) or self._read(at, len(MCAP_MAGIC)) != MCAP_MAGIC:
             why = f"bytes {at} to {after} cannot be read: no record begins there"
             yield Lost(why, None, after - at)
         return after
 
     def _is_cut_chunk(self, at: int) -> bool:
         """Tell whether a chunk begins here whose end is not in the file any more."""
-        data = self._read(at, HEAD.size + _START)
+        data = self._read(at, HEAD.size + _RECORD_START)
         if len(data) < HEAD.size or data[0] != Op.CHUNK:
             return False
         try:
@@ -129,7 +129,7 @@ class McapScan:
 
     def _record_at(self, at: int, *, strictly: bool = False) -> tuple[int, int] | None:
         """Return the kind and length of the record that begins here; None where none does."""
-        data = self._read(at, HEAD.size + _START)
+        data = self._read(at, HEAD.size + _RECORD_START)
         if len(data) < HEAD.size:
             return None
         op, length = HEAD.unpack_from(data)
@@ -149,7 +149,7 @@ class McapScan:
         length = head.data_at + head.compressed_size
         if length > self._size - at:
             return None
-        data = self._read(at + HEAD.size + length, HEAD.size + _START)
+        data = self._read(at + HEAD.size + length, HEAD.size + _RECORD_START)
         if len(data) < HEAD.size:
             return None
         after, after_length = HEAD.unpack_from(data)
@@ -217,7 +217,7 @@ class McapScan:
 
     def _chunk(self, at: int, length: int) -> Generator[Found, None, bool]:
         """Yield what is in a chunk, then what is wrong with it; return whether it was whole."""
-        head = read_chunk_head(self._read(at + HEAD.size, _START))
+        head = read_chunk_head(self._read(at + HEAD.size, _RECORD_START))
         if self._after_ns is not None and head.end_ns < self._after_ns:
             self._skipped = True
             return True

@@ -7,7 +7,7 @@ from typing import BinaryIO
 
 from worm_tracker.sources.bags.scan.mcap_records import (
     HEAD,
-    MAGIC,
+    MCAP_MAGIC,
     ChunkPlace,
     Described,
     Op,
@@ -16,13 +16,13 @@ from worm_tracker.sources.bags.scan.mcap_records import (
     read_statistics,
 )
 
-_FOOTER = HEAD.size + 20 + len(MAGIC)
+_FOOTER = HEAD.size + 20 + len(MCAP_MAGIC)
 _DATA_END = HEAD.size + 4
 _LARGEST = 1 << 28
 
 
 @dataclass(slots=True)
-class Summary:
+class McapSummary:
     """What the end of the file says of the rest of it.
 
     Attributes
@@ -51,20 +51,20 @@ class Summary:
         return sorted(self.chunks)
 
 
-def read_summary(file: BinaryIO, size: int) -> Summary:
+def read_mcap_summary(file: BinaryIO, size: int) -> McapSummary:
     """Return the summary; an empty one where there is none or it makes no sense."""
-    summary = Summary()
-    if size < len(MAGIC) + _FOOTER:
+    summary = McapSummary()
+    if size < len(MCAP_MAGIC) + _FOOTER:
         return summary
     file.seek(size - _FOOTER)
     footer = file.read(_FOOTER)
     op, length = HEAD.unpack_from(footer)
-    if not footer.endswith(MAGIC) or op != Op.FOOTER or length != 20:
+    if not footer.endswith(MCAP_MAGIC) or op != Op.FOOTER or length != 20:
         return summary
     start, _, crc = struct.unpack_from("<QQI", footer, HEAD.size)
     if start == 0:
         return summary
-    if not len(MAGIC) + _DATA_END <= start <= size - _FOOTER or size - start > _LARGEST:
+    if not len(MCAP_MAGIC) + _DATA_END <= start <= size - _FOOTER or size - start > _LARGEST:
         return summary
     file.seek(start - _DATA_END)
     ends = HEAD.unpack(file.read(HEAD.size))
@@ -82,7 +82,7 @@ def read_summary(file: BinaryIO, size: int) -> Summary:
     return summary
 
 
-def _take_records(summary: Summary, records: bytes) -> bool:
+def _take_records(summary: McapSummary, records: bytes) -> bool:
     """Take the summary's records; False from the first one on that cannot be read."""
     at = 0
     while at < len(records):

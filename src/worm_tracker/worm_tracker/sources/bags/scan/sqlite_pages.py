@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-MAGIC = b"SQLite format 3\x00"
+SQLITE_MAGIC = b"SQLite format 3\x00"
 SIZES = (4096, 1024, 512, 2048, 8192, 16384, 32768, 65536)
 """Page sizes that there are, the usual one first."""
 
