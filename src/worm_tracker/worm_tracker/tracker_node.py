@@ -23,6 +23,7 @@ from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
 from worm_msgs_py.ros.running import run_alone
 from worm_msgs_py.ros.worm_node import WormNode
+from worm_msgs_py.units import NS_PER_S
 from worm_tracker.head_tail.identity import Exchange, ExchangeKind
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.sources.bags.bad_messages import BadMessages
@@ -30,7 +31,6 @@ from worm_tracker.sources.image_decoder import PictureDecoder
 from worm_tracker.tracker import Tracker
 
 NAME = "tracker"
-_NS = 1_000_000_000
 _POSES = {
     topics.WORM_HEAD: "head",
     topics.WORM_CENTROID: "centroid",
@@ -293,8 +293,8 @@ class TrackerNode(WormNode):
         due = self._next_report_ns is None or self._last_ns >= self._next_report_ns
         if not due and not at_once:
             return
-        self._next_report_ns = self._last_ns + _NS
-        span_s = (self._last_ns - self._first_ns) / _NS
+        self._next_report_ns = self._last_ns + NS_PER_S
+        span_s = (self._last_ns - self._first_ns) / NS_PER_S
         values: dict[str, object] = {
             "frames in": self._taken,
             "frames out": self._given,
@@ -304,7 +304,7 @@ class TrackerNode(WormNode):
             "geometry version": self._announced,
         }
         for change in self._tracker.changes[-1:]:
-            values["geometry changed at, s"] = f"{change.geometry.stamp_ns / _NS:.3f}"
+            values["geometry changed at, s"] = f"{change.geometry.stamp_ns / NS_PER_S:.3f}"
             values["geometry changed because"] = change.why
         for status, count in sorted(self._tracker.statuses.items()):
             values[f"status {status.label}"] = count

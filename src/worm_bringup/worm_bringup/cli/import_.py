@@ -13,6 +13,7 @@ from worm_bringup.cli.terminal import say
 from worm_bringup.outputs.output_rules import check_apart
 from worm_msgs_py.limits import FPS, JPEG_QUALITY
 from worm_msgs_py.text import printable
+from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.video_import import import_film, open_film
 
 
@@ -42,7 +43,7 @@ def import_(
     """
     check_apart({"--out": out}, {"the film": video})
     film = open_film(video)
-    start_ns = 0 if start is None else round(start.timestamp() * 1e9)
+    start_ns = 0 if start is None else round(start.timestamp() * NS_PER_S)
     with progress_bar(video.name) as progress:
         done = import_film(
             film, out, fps=fps, start_ns=start_ns, jpeg_quality=jpeg_quality, progress=progress

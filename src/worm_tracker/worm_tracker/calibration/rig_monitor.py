@@ -8,6 +8,7 @@ import numpy as np
 from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.errors import NoChamberFound
+from worm_msgs_py.units import NS_PER_S
 from worm_tracker.calibration.calibrate import (
     CalibrationSettings,
     calibrate,
@@ -26,7 +27,7 @@ class RigMonitorSettings:
 
     clear_of_exit_px: float = 10.0
     """How far the worm's contour must be from an exit for the exit to be measured."""
-    first_retry_ns: int = 1_000_000_000
+    first_retry_ns: int = NS_PER_S
     most_retry_ns: int = 60_000_000_000
     """Stamps between two attempts to find an exit that the worm hid: at first, and at most, as they
     double each time."""

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Iterator
 
 from worm_msgs_py.limits import Limit
+from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.bag_reader import BagPicture
 from worm_tracker.sources.bags.serialized_images import with_stamp
 
@@ -11,7 +12,7 @@ RATE = Limit(1e-3, 1e3, or_zero=True)
 """Of the recording to a second's; 0: as fast as can be."""
 START_OFFSET, PLAYBACK = Limit(0.0, 1e7, "s"), Limit(1e-3, 1e7, "s")
 """Seconds to leave out, and to play."""
-_LONE_PICTURE_NS = 1_000_000_000
+_LONE_PICTURE_NS = NS_PER_S
 """What a recording of a single picture takes to play, where it is repeated."""
 
 
@@ -71,7 +72,7 @@ class Playback:
             return 0.0 if self._steps else math.inf
         if self._rate == 0.0 or self._first_ns is None:
             return 0.0
-        ahead_s = (stamp_ns - self._first_ns) / 1e9 - self._position(now_s)
+        ahead_s = (stamp_ns - self._first_ns) / NS_PER_S - self._position(now_s)
         return max(0.0, ahead_s / self._rate)
 
     def played(self, stamp_ns: int, now_s: float) -> None:
@@ -80,7 +81,7 @@ class Playback:
             self._first_ns = stamp_ns
         if self._paused:
             self._steps = max(0, self._steps - 1)
-            self._position_s = (stamp_ns - self._first_ns) / 1e9
+            self._position_s = (stamp_ns - self._first_ns) / NS_PER_S
         if self._set_at_s is None:
             self._set_at_s = now_s
 

@@ -16,6 +16,7 @@ from worm_msgs_py import topics
 from worm_msgs_py.contract.frames import CAMERA
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.files.whole_files import new_folder, refuse_existing
+from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.bag_writer import PictureRecorder
 from worm_tracker.sources.image_decoder import COMPRESSED_TYPE
 
@@ -123,7 +124,7 @@ def import_film(
             first_ns, last_ns = _write(film, recorder, fps, start_ns, jpeg_quality, progress)
         finally:
             recorder.close()
-    return Imported(recorder.count, (last_ns - first_ns) / 1e9)
+    return Imported(recorder.count, (last_ns - first_ns) / NS_PER_S)
 
 
 def _write(
@@ -143,7 +144,7 @@ def _write(
                 f"before of {_size(shape)}; a trial has one size"
             )
         shape = picture.shape
-        offset_ns = time_ns if fps is None else round(number * 1e9 / fps)
+        offset_ns = time_ns if fps is None else round(number * NS_PER_S / fps)
         if first_ns is None:
             first_ns = offset_ns
         elif start_ns + offset_ns - first_ns <= last_ns:
@@ -242,7 +243,7 @@ def _message(picture: GreyPicture, stamp_ns: int, jpeg_quality: int | None) -> b
         done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, jpeg_quality])
     if not done:
         raise BadInput(f"a picture of {_size(picture.shape)} pixels cannot be encoded")
-    seconds, nanoseconds = divmod(stamp_ns, 10**9)
+    seconds, nanoseconds = divmod(stamp_ns, NS_PER_S)
     time = _TYPESTORE.types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
     header = _TYPESTORE.types["std_msgs/msg/Header"](stamp=time, frame_id=CAMERA)
     kind = "png" if jpeg_quality is None else "jpeg"

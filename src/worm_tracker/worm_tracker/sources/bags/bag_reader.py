@@ -11,6 +11,7 @@ from typing import Self
 
 from worm_msgs_py.contract.source_events import SourceEventKind
 from worm_msgs_py.errors import BadInput, BadPicture
+from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.bag_sources import BagSource, SalvagedBag, SoundBag
 from worm_tracker.sources.bags.image_stamps import PictureStamps, ahead_of
 from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
@@ -146,10 +147,10 @@ class BagPictures:
             first = self._first()
             first_ns = next((m.log_ns for m in first if 0 <= m.log_ns < 2**63), 0)
             self._first_stamps = [(_header_stamp(m.data), m.log_ns) for m in first[:REORDERED]]
-            self._start_ns = first_ns + round(start_offset_s * 1e9)
+            self._start_ns = first_ns + round(start_offset_s * NS_PER_S)
             self._stop_ns: int | None = None
             if playback_duration_s is not None:
-                self._stop_ns = self._start_ns + round(playback_duration_s * 1e9)
+                self._stop_ns = self._start_ns + round(playback_duration_s * NS_PER_S)
             self._whole = start_offset_s == 0.0 and self._stop_ns is None
             self.expected = max(1, self.count) if self._whole else self._guess(first_ns)
         except BaseException:
@@ -194,14 +195,14 @@ class BagPictures:
         if share == 0.0:
             raise BadInput(
                 f"{self.path}: nothing is left to play; the bag lasts "
-                f"{(end_ns - first_ns) / 1e9:.3f} s: choose a smaller --start-offset"
+                f"{(end_ns - first_ns) / NS_PER_S:.3f} s: choose a smaller --start-offset"
             )
         return max(1, min(self.count, round(share * self.count)))
 
     @property
     def duration_s(self) -> float:
         """Length of the recording, seconds, other topics included."""
-        return max(0, self._bag.end_ns - self._bag.start_ns) / 1e9
+        return max(0, self._bag.end_ns - self._bag.start_ns) / NS_PER_S
 
     def _messages(self, start_ns: int | None, stop_ns: int | None) -> Iterator[FoundMessage]:
         """Yield the topic's messages recorded in a span of time; note what is lost."""

@@ -10,6 +10,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.files.record_file import RecordFile
+from worm_msgs_py.units import NS_PER_S
 
 _CHUNK_BYTES = 1 << 20
 _INDEX_BYTES = 256
@@ -82,7 +83,7 @@ class PictureRecorder:
     @property
     def duration_s(self) -> float:
         """Seconds from the first picture to the last."""
-        return (self._last_ns - self._first_ns) / 1e9
+        return (self._last_ns - self._first_ns) / NS_PER_S
 
     def write(self, stamp_ns: int, raw: bytes) -> None:
         """Append one serialised picture; the stamp is also its time of recording.

@@ -2,9 +2,11 @@
 
 from statistics import median_low
 
-LATEST_NS = 2**31 * 1_000_000_000
+from worm_msgs_py.units import NS_PER_S
+
+LATEST_NS = 2**31 * NS_PER_S
 """No stamp of ROS is as late as this."""
-JUMP_NS = 60 * 1_000_000_000
+JUMP_NS = 60 * NS_PER_S
 """A single stamp that is this far from its neighbours, against the times of recording, is wrong."""
 
 

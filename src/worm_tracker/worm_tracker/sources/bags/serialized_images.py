@@ -3,6 +3,7 @@
 import struct
 from dataclasses import dataclass
 
+from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.image_decoder import COMPRESSED_TYPE
 
 # Encapsulation (4 bytes, the second one tells the byte order), then std_msgs/Header begins with
@@ -33,14 +34,14 @@ def stamp_of(raw: bytes) -> int:
     if len(raw) < _STAMP_ENDS:
         raise ValueError(f"a message of {len(raw)} bytes holds no header")
     seconds, nanoseconds = struct.unpack_from(_format(raw), raw, _STAMP_AT)
-    return int(seconds) * 1_000_000_000 + int(nanoseconds)
+    return int(seconds) * NS_PER_S + int(nanoseconds)
 
 
 def with_stamp(raw: bytes, stamp_ns: int) -> bytes:
     """Return the message with this stamp in its header; the same object where it has it already."""
     if stamp_of(raw) == stamp_ns:
         return raw
-    stamp = struct.pack(_format(raw), *divmod(stamp_ns, 1_000_000_000))
+    stamp = struct.pack(_format(raw), *divmod(stamp_ns, NS_PER_S))
     return b"".join((raw[:_STAMP_AT], stamp, memoryview(raw)[_STAMP_ENDS:]))
 
 
@@ -135,7 +136,7 @@ def read_picture(raw: bytes, message_type: str) -> RawPicture | CompressedPictur
 
 def empty_picture(stamp_ns: int, message_type: str) -> bytes:
     """Return a whole message without a pixel: what stands for one that cannot be read."""
-    header = struct.pack("<4xiII", *divmod(stamp_ns, 1_000_000_000), 1)
+    header = struct.pack("<4xiII", *divmod(stamp_ns, NS_PER_S), 1)
     header = b"\x00\x01" + header[2:] + b"\0"
     if message_type == COMPRESSED_TYPE:
         # frame_id, padding, an empty format, padding, no data
