@@ -2,6 +2,7 @@
 
 import math
 import sys
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,11 @@ from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 from worm_msgs_py.ros.qos import IMAGE_REPLAY
-from worm_tracker.sources.cameras.camera import Camera, CapturedFrame, Outage
+from worm_tracker.sources.cameras.camera import Camera
 from worm_tracker.sources.cameras.camera_address import Kind, shown_address
+from worm_tracker.sources.cameras.latest_frame import CapturedFrame
 from worm_tracker.sources.cameras.live_record import LiveRecord
+from worm_tracker.sources.cameras.outages import Outage
 from worm_tracker.sources.source_node import SourceNode, run_alone
 
 RECONNECT = Limit(0.0, 86400.0, "s")
@@ -55,47 +58,52 @@ class CameraNode(SourceNode):
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(**node_arguments)
-        self._camera: Camera | None = None
-        self._record: LiveRecord | None = None
+        self.window = 1
         self._outage_said = False
         self._shape: tuple[int, ...] | None = None
         self._last_shape: tuple[int, ...] | None = None
         self._last_ns = 0
+        self._publisher = self.create_publisher(Image, topics.IMAGE, IMAGE_REPLAY)
+        self._opened = ExitStack()
         try:
-            self._declare()
+            self._camera = self._open_camera()
+            self._record = self._open_record()
         except BaseException:
             self.destroy_node()
             raise
+        if self._camera.kind is Kind.FILE:
+            self.get_logger().info(
+                f"{self._camera.shown_address}: frames are stamped with the container's own times "
+                f"({self._camera.fps:g} frames/s on average), which need not be those of filming"
+            )
+        self._camera.start()
 
-    def _declare(self) -> None:
+    def _open_camera(self) -> Camera:
         parameter = self.read_parameter
         address = self._read_address()
-        record = parameter("record", "", "directory for what is sent; empty: none")
-        self._reconnect_s = parameter(
-            "reconnect", 600.0, "seconds to look for a lost camera", RECONNECT
-        )
+        about = "seconds to look for a lost camera"
+        reconnect_s = parameter("reconnect", 600.0, about, RECONNECT)
         delay_s = parameter("reconnect_delay", 0.5, "seconds before the first attempt", SECONDS)
-        self._stall_s = parameter(
-            "stall", 5.0, "seconds without a frame: the stream has stopped", SECONDS
-        )
-        self.window = 1
-        self._publisher = self.create_publisher(Image, topics.IMAGE, IMAGE_REPLAY)
+        about = "seconds without a frame: the stream has stopped"
+        stall_s = parameter("stall", 5.0, about, SECONDS)
         wake = self.create_guard_condition(lambda: None)
-        camera = self._camera = Camera(
+        camera = Camera(
             address,
-            reconnect_s=self._reconnect_s,
+            reconnect_s=reconnect_s,
             reconnect_delay_s=delay_s,
-            stall_s=self._stall_s,
+            stall_s=stall_s,
             on_change=wake.trigger,
         )
-        if record:
-            self._record = LiveRecord(Path(record), self._publisher.topic_name)
-        if camera.kind is Kind.FILE:
-            self.get_logger().info(
-                f"{camera.shown_address}: frames are stamped with the container's own times "
-                f"({camera.fps:g} frames/s on average), which need not be those of filming"
-            )
-        camera.start()
+        self._opened.callback(camera.stop)
+        return camera
+
+    def _open_record(self) -> LiveRecord | None:
+        directory = self.read_parameter("record", "", "directory for what is sent; empty: none")
+        if not directory:
+            return None
+        record = LiveRecord(Path(directory), self._publisher.topic_name)
+        self._opened.callback(record.close)
+        return record
 
     def _read_address(self) -> str:
         """Return the camera's address; declare the parameter without its password."""
@@ -119,13 +127,11 @@ class CameraNode(SourceNode):
 
     def wait_s(self) -> float:
         """Return 0 where there is a picture, or the end, to send; infinity otherwise."""
-        assert self._camera is not None
         self._say_outage(self._camera.outage)
         return 0.0 if self._camera.waiting or self._camera.ended else math.inf
 
     def publish_next(self) -> bool:
         """Publish the newest picture; at the end say so and return False."""
-        assert self._camera is not None
         ended = self._camera.ended  # asked first: a last frame may come between
         frame = self._camera.take()
         for outage in self._camera.take_outages():
@@ -145,7 +151,6 @@ class CameraNode(SourceNode):
 
     def end_now(self) -> None:
         """End the stream in good order: what was sent is a whole, if shorter, recording."""
-        assert self._camera is not None
         outage = self._camera.outage
         self._camera.stop()
         if outage is not None and self.sent:
@@ -153,7 +158,6 @@ class CameraNode(SourceNode):
 
     def counts(self) -> dict[str, str]:
         """Return what `/diagnostics` shows of this source."""
-        assert self._camera is not None
         counts = asdict(self._camera.counts)
         age_s = counts.pop("age_s")
         shown = {f"frames {name}": str(value) for name, value in counts.items()}
@@ -164,22 +168,19 @@ class CameraNode(SourceNode):
 
     def complaint(self) -> str:
         """Return what is wrong with the camera or its record, empty where nothing is."""
-        assert self._camera is not None
         outage = None if self._camera.ended else self._camera.outage
         if outage is not None:
             return self._lost_line(outage)
         return self._record.complaint if self._record is not None else ""
 
     def _lost_line(self, outage: Outage) -> str:
-        assert self._camera is not None
         return (
             f"no frame has come from {self._camera.shown_address} for {outage.duration_s:.1f} s; "
-            f"it is looked for until {self._reconnect_s:g} s have passed"
+            f"it is looked for until {self._camera.reconnect_s:g} s have passed"
         )
 
     def _say_outage(self, outage: Outage | None) -> None:
         """Say in the log that the camera is lost, once."""
-        assert self._camera is not None
         if outage is not None and not self._outage_said and not self._camera.ended:
             self._outage_said = True
             self.get_logger().warning(self._lost_line(outage))
@@ -187,7 +188,6 @@ class CameraNode(SourceNode):
 
     def _tell_outage(self, outage: Outage, end: str = "it came back") -> None:
         """Tell of an outage that is over."""
-        assert self._camera is not None
         why = f"no frame from {self._camera.shown_address} for {outage.duration_s:.1f} s; {end}"
         event = SourceEvent(
             SourceEventKind.OUTAGE,
@@ -232,7 +232,6 @@ class CameraNode(SourceNode):
             self._tell(event)
 
     def _end(self) -> None:
-        assert self._camera is not None
         why = self._camera.why_lost
         if self.sent == 0:
             why = f"no frame has come from {self._camera.shown_address}"
@@ -246,10 +245,7 @@ class CameraNode(SourceNode):
 
     def destroy_node(self) -> None:
         """Let go of the camera and close the record."""
-        if self._camera is not None:
-            self._camera.stop()
-        if self._record is not None:
-            self._record.close()
+        self._opened.close()
         super().destroy_node()
 
 

@@ -3,41 +3,20 @@
 import atexit
 import math
 import threading
-import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import cv2
-import numpy as np
-from numpy.typing import NDArray
 
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.cameras.camera_address import HIDDEN, Kind, kind_of, shown_address
 from worm_tracker.sources.cameras.capture import OPEN_TIMEOUT_S, grey, open_capture
 from worm_tracker.sources.cameras.film_pace import FilmPace
+from worm_tracker.sources.cameras.latest_frame import CapturedFrame, LatestFrame
+from worm_tracker.sources.cameras.outages import LONGEST_PAUSE_S, Outage, OutageWatch
 from worm_tracker.sources.cameras.steady_clock import SteadyClock
-
-LONGEST_PAUSE_S = 5.0
-"""Pauses between attempts to reconnect double up to this."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CapturedFrame:
-    """One frame: grey, shape (h, w) uint8, and when it was captured, nanoseconds since 1970."""
-
-    picture: NDArray[np.uint8]
-    stamp_ns: int
-
-
-@dataclass(frozen=True, slots=True)
-class Outage:
-    """A time without frames: when the last one before it was captured, how long, and attempts."""
-
-    since_ns: int
-    duration_s: float
-    reconnections: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,10 +35,9 @@ class CaptureCounts:
 
 
 class Camera:
-    """Captures in a thread of its own into a box that holds one frame.
+    """Captures in a thread of its own, which whoever takes frames never holds up.
 
-    A frame that nobody has taken when the next one comes is overwritten, and counted. So whoever
-    takes frames gets the newest one and no queue builds up before it.
+    It keeps the newest frame alone (`LatestFrame`), so no queue builds up.
 
     Parameters
     ----------
@@ -102,19 +80,16 @@ class Camera:
         self.kind = kind_of(address)
         self.why_lost = ""
         self._address = address
-        self._reconnect_s, self._reconnect_delay_s = reconnect_s, reconnect_delay_s
-        self._stall_s = stall_s
+        self.reconnect_s, self._stall_s = reconnect_s, stall_s
         self._on_change = on_change or (lambda: None)
-        self._lock = threading.Lock()
         self._stop = threading.Event()
-        self._box: CapturedFrame | None = None
-        self._captured = self._taken = self._skipped = self._reconnections = 0
-        self._attempts = 0  # to reconnect, since the last frame
-        self._outages: deque[Outage] = deque()
-        self._stopped = self._ended = False
+        self._latest = LatestFrame()
+        self._ended = False
         self._failure: Exception | None = None
         self._clock = SteadyClock()
-        self._last_ns = self._began_ns = self._clock.now_ns()
+        self._began_ns = self._clock.now_ns()
+        gap_s = math.inf if self.kind is Kind.FILE else stall_s
+        self._watch = OutageWatch(reconnect_s, reconnect_delay_s, gap_s, self._began_ns)
         self._capture = self._open()
         if self._capture is None:
             raise BadInput(
@@ -136,7 +111,7 @@ class Camera:
 
     def start(self) -> None:
         """Begin to capture."""
-        self._last_ns = self._began_ns = self._clock.now_ns()
+        self._began_ns = self._watch.last_ns = self._clock.now_ns()
         self._thread.start()
 
     def stop(self) -> None:
@@ -151,29 +126,24 @@ class Camera:
 
     def take(self) -> CapturedFrame | None:
         """Return the newest frame that was not taken yet, or None; raise what ended the capture."""
-        with self._lock:
-            frame, self._box = self._box, None
-            self._taken += frame is not None
+        frame = self._latest.take()
         if frame is None and self._failure is not None:
             raise self._failure
         return frame
 
     def take_outages(self) -> list[Outage]:
         """Return the outages that have ended since the last time."""
-        with self._lock:
-            ended = list(self._outages)
-            self._outages.clear()
-        return ended
+        return self._watch.take_over()
 
     @property
     def waiting(self) -> bool:
         """Whether there is a frame to take."""
-        return self._box is not None
+        return self._latest.waiting
 
     @property
     def ended(self) -> bool:
         """Whether no frame will come any more."""
-        limit_s = self._stall_s + self._reconnect_s + OPEN_TIMEOUT_S + LONGEST_PAUSE_S
+        limit_s = self._stall_s + self.reconnect_s + OPEN_TIMEOUT_S + LONGEST_PAUSE_S
         if not self._ended and self.kind is not Kind.FILE and self.silent_s > limit_s:
             self._give_up()  # the capturing thread hangs in a read that does not end
             self._stop.set()
@@ -183,27 +153,19 @@ class Camera:
     @property
     def silent_s(self) -> float:
         """Seconds since the last frame, or since the start."""
-        return (self._clock.now_ns() - self._last_ns) / 1e9
+        return self._watch.silent_s(self._clock.now_ns())
 
     @property
     def outage(self) -> Outage | None:
         """The outage that goes on now; None where frames come."""
-        if self.kind is Kind.FILE or not (self._stopped or self.silent_s > self._stall_s):
-            return None
-        return Outage(self._last_ns, self.silent_s, self._attempts)
+        return self._watch.outage(self._clock.now_ns())
 
     @property
     def counts(self) -> CaptureCounts:
         """What became of the frames so far."""
-        with self._lock:
-            return CaptureCounts(
-                self._captured,
-                self._taken,
-                self._skipped,
-                int(self._box is not None),
-                self._reconnections,
-                self.silent_s if self._captured else math.nan,
-            )
+        counts = self._latest.counts()
+        age_s = self.silent_s if counts[0] else math.nan
+        return CaptureCounts(*counts, self._watch.reconnections, age_s)
 
     def _open(self) -> Any | None:
         return open_capture(self._address, self.kind, self._stall_s)
@@ -220,7 +182,7 @@ class Camera:
     def _capture_all(self) -> None:
         while not self._stop.is_set():
             if self._capture is not None and self._capture.grab():
-                stamp_ns = max(self._due_ns(), self._last_ns + 1)
+                stamp_ns = max(self._due_ns(), self._watch.last_ns + 1)
                 done, picture = self._capture.retrieve()
                 if done and not self._stop.is_set():
                     self._put(CapturedFrame(grey(picture), stamp_ns))
@@ -232,21 +194,13 @@ class Camera:
         if self.pace is None or self._capture is None:
             return self._clock.now_ns()
         container_s = self._capture.get(cv2.CAP_PROP_POS_MSEC) / 1e3
-        due_ns = self._began_ns + round(1e9 * self.pace.due_s(container_s))
-        self._stop.wait(max(0.0, (due_ns - self._clock.now_ns()) / 1e9))
+        due_ns = self._began_ns + round(NS_PER_S * self.pace.due_s(container_s))
+        self._stop.wait(max(0.0, (due_ns - self._clock.now_ns()) / NS_PER_S))
         return due_ns
 
     def _put(self, frame: CapturedFrame) -> None:
-        with self._lock:
-            silent_s = (frame.stamp_ns - self._last_ns) / 1e9
-            if self._stopped or (self.kind is not Kind.FILE and silent_s > self._stall_s):
-                self._outages.append(Outage(self._last_ns, silent_s, self._attempts))
-            self._stopped = False
-            self._skipped += self._box is not None
-            self._box = frame
-            self._captured += 1
-            self._attempts = 0
-            self._last_ns = frame.stamp_ns
+        self._watch.frame_came(frame.stamp_ns)  # first: an outage is told before the frame after it
+        self._latest.put(frame)
         self._on_change()
 
     def _reconnect(self) -> bool:
@@ -254,25 +208,24 @@ class Camera:
         if self._capture is not None:
             self._capture.release()
         self._capture = None
-        if not self._stopped:
-            self._stopped, self._stopped_s = True, time.monotonic()
+        if not self._watch.stopped:
+            self._watch.stop()
             self._on_change()
-        left_s = self._stopped_s + self._reconnect_s - time.monotonic()
-        if left_s <= 0.0:
+        pause_s = self._watch.pause_s()
+        if pause_s is None:
             self._give_up()
             return False
-        pause_s = self._reconnect_delay_s * 2.0 ** min(self._attempts, 10)
-        if self._stop.wait(min(pause_s, LONGEST_PAUSE_S, left_s)):
+        if self._stop.wait(pause_s):
             return False
-        self._attempts += 1
+        self._watch.attempts += 1
         self._capture = self._open()
-        self._reconnections += self._capture is not None
+        self._watch.reconnections += self._capture is not None
         return True
 
     def _give_up(self) -> None:
         self.why_lost = (
             f"no frame has come from {self.shown_address} for {self.silent_s:.0f} s "
-            f"({self._attempts} attempts to reconnect)"
+            f"({self._watch.attempts} attempts to reconnect)"
         )
 
 
