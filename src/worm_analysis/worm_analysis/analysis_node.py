@@ -18,6 +18,7 @@ from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW, RESULT
 from worm_msgs_py.ros.running import run_alone
+from worm_msgs_py.ros.stream_end import StreamEnd
 from worm_msgs_py.ros.worm_node import WormNode
 from worm_msgs_py.units import NS_PER_S
 
@@ -75,7 +76,7 @@ class AnalysisNode(WormNode):
     STATE = (
         "_analysis",
         "_waiting",
-        "_taken",
+        "_end.taken",
         "_events",
         "_last_ns",
         "_next_summary_ns",
@@ -92,13 +93,11 @@ class AnalysisNode(WormNode):
             raise
         self._analysis = Analysis(self._settings)
         self._waiting: deque[BodyState] = deque()
-        self._taken = 0
         self._events = 0
-        self._expected: int | None = None
         self._last_ns = 0
         self._next_summary_ns: int | None = None
         self._next_summary_frame = 0
-        self._done = False
+        self._end = StreamEnd(self._finish)
         self._ledger = Ledger(self)
         self._out = {
             topic: self._ledger.publisher(kind, topic, qos)
@@ -112,23 +111,20 @@ class AnalysisNode(WormNode):
         ):
             kind, qos = RESULTS[topic]
             self.create_subscription(kind, topic, on_message, qos, in_sequence=True)
-        self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
+        self.create_subscription(UInt64, topics.FLOW_END, self._end.on_end, FLOW)
 
     @property
     def done(self) -> bool:
         """Whether every state was taken and the end was announced."""
-        return self._done
+        return self._end.done
 
     @property
     def missing(self) -> str:
         """What is still to come, for people."""
-        if self._done:
-            return ""
-        if self._waiting:
+        if self._waiting and not self.done:
             state = self._waiting[0]
             return f"frame {state.frame} waits for geometry {state.geometry}"
-        expected = "?" if self._expected is None else self._expected
-        return f"{self._taken} of {expected} states have come"
+        return self._end.missing
 
     def _read_parameters(self) -> AnalysisParameters:
         values = {}
@@ -144,34 +140,27 @@ class AnalysisNode(WormNode):
 
     def _on_state(self, msg: JointState) -> None:
         state = convert.body_state_from_msg(msg)
-        due = self._taken + len(self._waiting)
+        due = self._end.taken + len(self._waiting)
         if state.frame != due:
             raise MalformedMessage(f"frame {state.frame} comes where frame {due} is due")
         self._waiting.append(state)
         self._take_waiting()
 
-    def _on_end(self, msg: UInt64) -> None:
-        frames = convert.count_from_msg(msg)
-        if frames < self._taken or self._done:
-            raise MalformedMessage(f"the end after {frames} frames, where {self._taken} have come")
-        self._expected = frames
-        self._finish_if_whole()
-
     def _take_waiting(self) -> None:
         while self._waiting and self._analysis.knows(self._waiting[0].geometry):
             self._take(self._waiting.popleft())
-        self._finish_if_whole()
+        self._end.finish_if_whole()
 
     def _take(self, state: BodyState) -> None:
         observables, events = self._analysis.push(state)
-        self._taken += 1
+        self._end.taken += 1
         self._last_ns = state.stamp_ns
         before = (self._out[topics.ANALYSIS_EVENTS].sent, self._out[topics.ANALYSIS_SUMMARY].sent)
         self._out[topics.ANALYSIS_STATE].publish(convert.observables_to_msg(observables, before))
         self._publish_events(events)
         if self._next_summary_ns is None:
             self._postpone_estimates(state)
-        elif state.stamp_ns >= self._next_summary_ns and self._taken > self._next_summary_frame:
+        elif state.stamp_ns >= self._next_summary_ns and self._end.taken > self._next_summary_frame:
             self._postpone_estimates(state)
             self._publish_estimates()
 
@@ -197,22 +186,19 @@ class AnalysisNode(WormNode):
 
     def _health(self) -> DiagnosticArray:
         values = {
-            "states taken": self._taken,
+            "states taken": self._end.taken,
             "states waiting for a geometry": len(self._waiting),
             "events": self._events,
         }
         status = DiagnosticStatus(
             level=DiagnosticStatus.WARN if self._waiting else DiagnosticStatus.OK,
             name=NAME,
-            message="ended" if self._taken == self._expected else "running",
+            message="ended" if self._end.taken == self._end.frames else "running",
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
         return DiagnosticArray(header=header(self._last_ns, ""), status=[status])
 
-    def _finish_if_whole(self) -> None:
-        if self._done or self._taken != self._expected:
-            return
-        self._done = True
+    def _finish(self) -> None:
         self._publish_events(self._analysis.finish())
         self._publish_estimates()
         for name, sums in self._analysis.sums().items():

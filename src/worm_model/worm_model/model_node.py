@@ -16,6 +16,7 @@ from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Ledger, read_announcement
 from worm_msgs_py.ros.qos import FLOW
 from worm_msgs_py.ros.running import run_alone
+from worm_msgs_py.ros.stream_end import StreamEnd
 from worm_msgs_py.ros.worm_node import WormNode
 
 NAME = "model"
@@ -65,8 +66,7 @@ class ModelNode(WormNode):
         self._events: deque[tuple[Event, ...]] = deque()
         self._summaries: deque[tuple[tuple[Quantity, ...], int]] = deque()
         self._taken = dict.fromkeys(HEARD, 0)
-        self._announced: dict[str, int] | None = None
-        self._done = False
+        self._end = StreamEnd(self._finish, self._has_all, announcers=(ANALYSIS,))
         ledger = self._ledger = Ledger(self)
         self._forecast, self._comparison, self._correlation = (
             ledger.publisher(RESULTS[topic][0], topic, RESULTS[topic][1])
@@ -87,12 +87,12 @@ class ModelNode(WormNode):
     @property
     def done(self) -> bool:
         """Whether everything was taken and the end was announced."""
-        return self._done
+        return self._end.done
 
     @property
     def missing(self) -> str:
         """What is still to come, for people."""
-        if self._done:
+        if self._end.done:
             return ""
         if self._summaries and self._model.needs_geometry(self._summaries[0][0]):
             return f"{len(self._summaries)} summaries wait for a geometry"
@@ -100,7 +100,7 @@ class ModelNode(WormNode):
         parts = []
         for topic, queue in zip(HEARD, waiting, strict=True):
             come = self._taken[topic] + queue
-            announced = "?" if self._announced is None else self._announced[topic]
+            announced = self._announced[topic] if self._announced else "?"
             if come != announced:
                 parts.append(f"{come} of {announced} messages have come on {topic}")
         return "; ".join(parts)
@@ -136,14 +136,19 @@ class ModelNode(WormNode):
         self._summaries.append((convert.quantities_from_msg(msg), stamp_ns))
         self._take_waiting()
 
+    @property
+    def _announced(self) -> dict[str, int] | None:
+        """How many messages the analysis has sent on each topic, once it has said so."""
+        said = self._end.announced.get(ANALYSIS)
+        return None if said is None else said.sent
+
     def _on_announcement(self, msg: DiagnosticStatus) -> None:
         said = read_announcement(msg)
         if said.name != ANALYSIS:
             return
-        if self._announced is not None or not said.sent.keys() >= set(HEARD):
-            raise MalformedMessage("the analysis announces its end once, and all that it sent")
-        self._announced = {topic: said.sent[topic] for topic in HEARD}
-        self._take_waiting()
+        if not said.sent.keys() >= set(HEARD):
+            raise MalformedMessage("the analysis announces all that it sent")
+        self._end.on_announcement(msg)
 
     def _take_waiting(self) -> None:
         while self._states and self._catch_up(*self._states[0][1]):
@@ -152,7 +157,7 @@ class ModelNode(WormNode):
             forecast = self._model.take_state(observables)
             if forecast is not None:
                 self._forecast.publish(convert.forecast_to_msg(forecast))
-        self._finish_if_whole()
+        self._end.finish_if_whole()
 
     def _catch_up(self, events: int, summaries: int) -> bool:
         """Take the events and summaries that come next; return whether there are so many yet.
@@ -180,15 +185,17 @@ class ModelNode(WormNode):
         stamp_ns = comparison.stamp_ns
         self._correlation.publish(convert.correlation_to_msg(correlation, stamp_ns))
 
-    def _finish_if_whole(self) -> None:
+    def _has_all(self) -> bool:
+        """Take what follows the last state; return whether all has come that was announced."""
         announced = self._announced
-        if self._done or announced is None:
-            return
-        if self._taken[topics.ANALYSIS_STATE] != announced[topics.ANALYSIS_STATE]:
-            return
-        if not self._catch_up(*(announced[topic] for topic in HEARD[1:])):
-            return
-        self._done = True
+        if (
+            announced is None
+            or self._taken[topics.ANALYSIS_STATE] != announced[topics.ANALYSIS_STATE]
+        ):
+            return False
+        return self._catch_up(*(announced[topic] for topic in HEARD[1:]))
+
+    def _finish(self) -> None:
         self._publish(self._model.finish())
         self._ledger.announce()
 

@@ -5,9 +5,7 @@ from dataclasses import fields
 from math import isfinite
 from typing import Any
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from numpy.typing import NDArray
 from rclpy.event_handler import SubscriptionEventCallbacks
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
@@ -17,17 +15,17 @@ from worm_msgs_py import SourceEvent, convert, topics
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.convert.stamp import header
-from worm_msgs_py.errors import BadInput, BadPicture, MalformedMessage
+from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
 from worm_msgs_py.ros.running import run_alone
+from worm_msgs_py.ros.stream_end import StreamEnd
 from worm_msgs_py.ros.worm_node import WormNode
 from worm_msgs_py.units import NS_PER_S
 from worm_tracker.head_tail.identity import Exchange, ExchangeKind
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.sources.bags.bad_messages import BadMessages
-from worm_tracker.sources.image_decoder import PictureDecoder
+from worm_tracker.sources.picture_stream import PictureStream
 from worm_tracker.tracker import Tracker
 
 NAME = "tracker"
@@ -97,13 +95,10 @@ class TrackerNode(WormNode):
 
     STATE = (
         "_tracker",
-        "_decoder",
-        "_any_decoded",
-        "_bad",
-        "_kind",
+        "_pictures",
         "_announced",
         "_exchanges_told",
-        "_taken",
+        "_end.taken",
         "_given",
         "_first_ns",
         "_last_ns",
@@ -119,17 +114,13 @@ class TrackerNode(WormNode):
             self.destroy_node()
             raise
         self._tracker = Tracker(parameters)
-        self._decoder = PictureDecoder(parameters.max_megapixels)
-        self._any_decoded = False
-        self._bad = BadMessages()
-        self._kind: type | None = None
+        self._pictures = PictureStream(parameters.max_megapixels)
         self._announced = 0
         self._exchanges_told = 0
-        self._taken = self._given = 0
+        self._given = 0
         self._first_ns = self._last_ns = 0
         self._next_report_ns: int | None = None
-        self._expected: int | None = None
-        self._done = False
+        self._end = StreamEnd(self._finish, self._has_all)
         self._ledger = Ledger(self)
         self._out = {
             topic: self._ledger.publisher(kind, topic, qos)
@@ -148,21 +139,18 @@ class TrackerNode(WormNode):
                 in_sequence=not self._live,
                 event_callbacks=SubscriptionEventCallbacks(),  # a camera of others may not match
             )
-        self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
+        self.create_subscription(UInt64, topics.FLOW_END, self._end.on_end, FLOW)
         self.create_service(Trigger, "~/swap_head", self._on_swap_head)
 
     @property
     def done(self) -> bool:
         """Whether every frame was taken and given, and the end was announced."""
-        return self._done
+        return self._end.done
 
     @property
     def missing(self) -> str:
         """What is still to come, for people."""
-        if self._done:
-            return ""
-        expected = "?" if self._expected is None else self._expected
-        return f"{self._taken} of {expected} frames have come"
+        return self._end.missing
 
     def _read_parameters(self) -> tuple[TrackerParameters, bool]:
         values = {}
@@ -174,47 +162,21 @@ class TrackerNode(WormNode):
         return TrackerParameters(**values), live
 
     def _on_picture(self, msg: Any) -> None:
-        kind = type(msg)
-        self._kind = self._kind or kind
-        if self._done or kind is not self._kind:
-            return  # a camera that offers both forms sends each frame twice
+        if self._end.done or not self._pictures.is_mine(msg):
+            return
         self._last_ns = convert.stamp_to_ns(msg.header.stamp)
-        picture, why_bad = self._decode(msg)
-        self._tell_whether_bad(why_bad)
-        if not self._taken:
+        picture, events = self._pictures.read(
+            msg, self._end.taken, self._last_ns, self._tracker.shape
+        )
+        self._tell_events(events)
+        if not self._end.taken:
             self._first_ns = self._last_ns
-        self._taken += 1
+        self._end.taken += 1
         given = self._tracker.push(picture, self._last_ns)
         self._announce_geometry()
         self._publish(given)
-        self._finish_if_whole()
+        self._end.finish_if_whole()
         self._report()
-
-    def _decode(self, msg: Any) -> tuple[NDArray[np.uint8], str]:
-        """Return the picture of a message, and why it cannot be used; empty where it can."""
-        nothing = np.empty((0, 0), np.uint8)
-        try:
-            picture = self._decoder.decode(msg)
-        except BadPicture as error:
-            return nothing, str(error)
-        except BadInput as error:
-            if not self._any_decoded and len(msg.data):
-                raise  # no picture of this source is of an encoding that is read
-            # An empty message stands for one that the source could not read, and has told of.
-            return nothing, str(error) if len(msg.data) else ""
-        self._any_decoded = True
-        if self._tracker.shape not in (None, picture.shape):
-            (height, width), (first_height, first_width) = picture.shape, self._tracker.shape
-            return nothing, (
-                f"it has {width} × {height} pixels, those before it {first_width} × "
-                f"{first_height}: the rig's place is known for that size alone; it is not rescaled"
-            )
-        return picture, ""
-
-    def _tell_whether_bad(self, why: str) -> None:
-        """Tell on `source/events` which pictures cannot be used."""
-        bad = self._bad.bad(self._taken, self._last_ns, why) if why else self._bad.good()
-        self._tell_events(bad)
 
     def _tell_events(self, events: list[SourceEvent]) -> None:
         for event in events:
@@ -222,21 +184,14 @@ class TrackerNode(WormNode):
                 convert.source_events_to_msg([event], event.stamp_ns)
             )
 
-    def _on_end(self, msg: UInt64) -> None:
-        frames = convert.count_from_msg(msg)
-        if frames < self._taken or self._done:
-            raise MalformedMessage(f"the end after {frames} frames, where {self._taken} have come")
-        self._expected = frames
-        self._finish_if_whole()
-
     def _on_swap_head(self, _: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
         """Exchange head and tail on an operator's word."""
-        exchange = None if self._done else self._tracker.swap_head()
+        exchange = None if self._end.done else self._tracker.swap_head()
         answer.success = exchange is not None
         if exchange is not None:
             answer.message = f"head and tail are exchanged from frame {exchange.frame} on"
             self._tell_exchanges()
-        elif self._done:
+        elif self._end.done:
             answer.message = "the trial has ended"
         else:
             answer.message = "no worm has been seen yet"
@@ -275,31 +230,31 @@ class TrackerNode(WormNode):
                     self._out[topic].publish(pose)
         self._tell_exchanges()
         self._given += len(given)
-        self._flow.publish(convert.counts_to_msg((self._taken, self._given)))
+        self._flow.publish(convert.counts_to_msg((self._end.taken, self._given)))
 
-    def _finish_if_whole(self) -> None:
-        if self._done or self._expected is None:
-            return
-        if self._taken != self._expected and not self._live:
-            return
+    def _has_all(self) -> bool:
+        """Whether no picture is to come; of a driver that is not ours some never do."""
+        return self._live or self._end.taken == self._end.frames
+
+    def _finish(self) -> None:
         self._publish(self._tracker.finish())
-        self._tell_events(self._bad.end())
-        self._done = True
-        self._report(at_once=True)
+        self._tell_events(self._pictures.end())
+        self._report(ended=True)
         self._ledger.announce()
 
-    def _report(self, at_once: bool = False) -> None:
-        """Publish the counts on `/diagnostics`, once a second of stamps."""
+    def _report(self, *, ended: bool = False) -> None:
+        """Publish the counts on `/diagnostics`, once a second of stamps and at the end."""
         due = self._next_report_ns is None or self._last_ns >= self._next_report_ns
-        if not due and not at_once:
+        if not due and not ended:
             return
         self._next_report_ns = self._last_ns + NS_PER_S
         span_s = (self._last_ns - self._first_ns) / NS_PER_S
+        rate = f"{(self._end.taken - 1) / span_s:.3f}" if span_s else ""
         values: dict[str, object] = {
-            "frames in": self._taken,
+            "frames in": self._end.taken,
             "frames out": self._given,
             "frames held back": self._tracker.held,
-            "frames per second, by stamps": f"{(self._taken - 1) / span_s:.3f}" if span_s else "",
+            "frames per second, by stamps": rate,
             "head and tail exchanged": self._tracker.swaps,
             "geometry version": self._announced,
         }
@@ -311,7 +266,7 @@ class TrackerNode(WormNode):
         report = DiagnosticStatus(
             level=DiagnosticStatus.OK,
             name=NAME,
-            message="ended" if self._done else "running",
+            message="ended" if ended else "running",
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()],
         )
         self._diagnostics.publish(

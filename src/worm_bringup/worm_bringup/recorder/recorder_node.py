@@ -18,13 +18,25 @@ from worm_bringup.recorder.result_bag import ResultBag
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import read_announcement
 from worm_msgs_py.ros.qos import FLOW
 from worm_msgs_py.ros.running import run_alone
+from worm_msgs_py.ros.stream_end import StreamEnd
 from worm_msgs_py.ros.worm_node import WormNode
 
 Journal = list[tuple[str, bytes]]
 """Messages in the order in which they came: the topic, and the message serialised."""
+
+
+@contextmanager
+def _told_in_a_line() -> Iterator[None]:
+    """Let a full disk be one line, also from a process of its own."""
+    try:
+        yield
+    except OSError as error:
+        why = error.strerror or " ".join(str(error).split())
+        raise BadInput(
+            f"the results cannot be written ({why}): make room, or choose another --out"
+        ) from error
 
 
 class RecorderNode(WormNode):
@@ -51,12 +63,10 @@ class RecorderNode(WormNode):
     def __init__(self, **node_arguments: Any):
         super().__init__("recorder", **node_arguments)
         out = _empty_directory(self.read_parameter("out", "", "an existing, empty directory"))
-        self._expected = set(
-            self.read_parameter(
-                "expect",
-                ["image_source", "tracker", "analysis", "model"],
-                "nodes that announce their end",
-            )
+        announcers = self.read_parameter(
+            "expect",
+            ["image_source", "tracker", "analysis", "model"],
+            "nodes that announce their end",
         )
         self._provenance = json.loads(
             self.read_parameter("provenance", "{}", "JSON object for the summary")
@@ -67,18 +77,15 @@ class RecorderNode(WormNode):
             self._bag = ResultBag(out / "bag")
         self._stamp_ns = 0
         self._received: Counter[str] = Counter()
-        self._announced: dict[str, dict[str, int]] = {}
-        self._ignored_by: list[dict[str, int]] = []
-        self._frames: int | None = None
-        self._done = False
+        self._end = StreamEnd(self._finish, self._has_all, announcers)
         self.journal: Journal | None = None
         for topic, (kind, qos) in RESULTS.items():
             alone = topic != topics.SOURCE_EVENTS  # which the tracker has a part in
             take = partial(self._take, topic, kind)
             self.create_subscription(kind, topic, take, qos, in_sequence=alone, raw=True)
-        self.create_subscription(UInt64, topics.FLOW_END, self._on_end, FLOW)
+        self.create_subscription(UInt64, topics.FLOW_END, self._end.on_end, FLOW)
         self.create_subscription(
-            DiagnosticStatus, topics.FLOW_FINISHED, self._on_announcement, FLOW
+            DiagnosticStatus, topics.FLOW_FINISHED, self._end.on_announcement, FLOW
         )
         self._progress = self.create_publisher(UInt64, topics.FLOW_RECORDED, FLOW)
         self._readers = self._make_readers()
@@ -86,21 +93,19 @@ class RecorderNode(WormNode):
     @property
     def done(self) -> bool:
         """Whether every message that was announced has come and the files are written."""
-        return self._done
+        return self._end.done
 
     @property
     def missing(self) -> str:
         """What is still to come, for people."""
         parts = []
-        if self._frames is None:
+        if self._end.frames is None:
             parts.append("the source has not ended")
-        elif self._recording.rows != self._frames:
-            parts.append(f"{self._recording.rows} of {self._frames} frames are recorded")
-        silent = sorted(self._expected - set(self._announced))
-        parts += [f"{name} has not finished" for name in silent]
+        elif self._recording.rows != self._end.frames:
+            parts.append(f"{self._recording.rows} of {self._end.frames} frames are recorded")
+        parts += [f"{name} has not finished" for name in self._end.silent]
         parts += [
-            f"{_senders(self._announced, topic)} sent {count} on {topic}, "
-            f"{self._received[topic]} came"
+            f"{self._senders(topic)} sent {count} on {topic}, {self._received[topic]} came"
             for topic, count in self._sent().items()
             if self._received[topic] < count
         ]
@@ -109,13 +114,17 @@ class RecorderNode(WormNode):
     def _sent(self) -> Counter[str]:
         """Return how many messages were announced on each topic."""
         sent: Counter[str] = Counter()  # two nodes may tell of the source on one topic
-        for counts in self._announced.values():
-            sent.update(counts)
+        for said in self._end.announced.values():
+            sent.update(said.sent)
         return sent
+
+    def _senders(self, topic: str) -> str:
+        announced = self._end.announced.items()
+        return " and ".join(name for name, said in announced if topic in said.sent)
 
     def destroy_node(self) -> None:
         """Close the files, whole or not: without a summary nobody takes them for whole."""
-        if not self._done:
+        if not self._end.done:
             with suppress(OSError):  # the disk that was full is still full
                 self._recording.close()
             with suppress(OSError):
@@ -162,7 +171,8 @@ class RecorderNode(WormNode):
             reader(_deserialised(data, kind))
         self._received[topic] += 1
         if self._recording.rows != before:
-            self._progress.publish(convert.count_to_msg(self._recording.rows))
+            self._end.taken = self._recording.rows
+            self._progress.publish(convert.count_to_msg(self._end.taken))
         try:
             self._bag.write(topic, self._stamp_ns, data)
         except OSError as error:
@@ -171,7 +181,7 @@ class RecorderNode(WormNode):
             self._make_room(self._recording.commit)
         if self.journal is not None:
             self.journal.append((topic, data))
-        self._finish_if_whole()
+        self._end.finish_if_whole()
 
     def _on_state(self, msg: Any) -> None:
         state = convert.body_state_from_msg(msg)
@@ -189,39 +199,21 @@ class RecorderNode(WormNode):
             due = self._received[topic]
             raise MalformedMessage(f"frame {frame} comes where frame {due} is due")
 
-    def _on_end(self, msg: UInt64) -> None:
-        frames = convert.count_from_msg(msg)
-        if frames < self._recording.rows or self._done:
-            raise MalformedMessage(f"the end after {frames} frames")
-        self._frames = frames
-        self._finish_if_whole()
+    def _has_all(self) -> bool:
+        return self._end.frames is not None and not self.missing
 
-    def _on_announcement(self, msg: DiagnosticStatus) -> None:
-        said = read_announcement(msg)
-        if said.name in self._announced or said.name not in self._expected:
-            raise MalformedMessage(f"{said.name} is not waited for")
-        self._announced[said.name] = said.sent
-        self._ignored_by.append(said.ignored)
-        self._finish_if_whole()
-
-    def _finish_if_whole(self) -> None:
-        if self._done or self._frames is None or self.missing:
-            return
-        with _told_in_a_line():
-            self._finish()
-
+    @_told_in_a_line()
     def _finish(self) -> None:
-        assert self._frames is not None
-        self._recording.trial.frames_read = self._frames
+        assert self._end.frames is not None
+        self._recording.trial.frames_read = self._end.frames
         self._recording.trial.ignored_messages = self._all_ignored()
         try:
             self._bag.close()
         except OSError as error:
             self._drop_bag(error)
-        if self._frames:  # a trial without one frame has no results
+        if self._end.frames:  # a trial without one frame has no results
             finish = partial(self._recording.finish, self._provenance)
             self._make_room(finish)  # last: where the summary is, all is
-        self._done = True
 
     def _all_ignored(self) -> dict[str, int]:
         """Return the messages that were ignored by topic; several nodes may have seen the same."""
@@ -229,7 +221,7 @@ class RecorderNode(WormNode):
         surplus = Counter(self._received)
         surplus.subtract(self._sent())
         ignored_here = self.ignored + surplus  # adding leaves out what is not above zero
-        counts = [*self._ignored_by, ignored_here]
+        counts = [*(said.ignored for said in self._end.announced.values()), ignored_here]
         names = sorted({topic for ignored in counts for topic in ignored})
         return {name: max(ignored.get(name, 0) for ignored in counts) for name in names}
 
@@ -258,22 +250,6 @@ def _deserialised(data: bytes, kind: type) -> Any:
         return deserialize_message(data, kind)
     except RuntimeError as error:  # rclpy's RMWError
         raise MalformedMessage(str(error)) from None
-
-
-def _senders(announced: dict[str, dict[str, int]], topic: str) -> str:
-    return " and ".join(name for name, counts in announced.items() if topic in counts)
-
-
-@contextmanager
-def _told_in_a_line() -> Iterator[None]:
-    """Let a full disk be one line, also from a process of its own."""
-    try:
-        yield
-    except OSError as error:
-        why = error.strerror or " ".join(str(error).split())
-        raise BadInput(
-            f"the results cannot be written ({why}): make room, or choose another --out"
-        ) from error
 
 
 def _empty_directory(out: str) -> Path:

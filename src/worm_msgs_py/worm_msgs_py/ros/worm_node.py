@@ -37,9 +37,6 @@ class WormNode(Node):
     ----------
     ignored : Counter
         Messages that were not the graph's, by topic.
-
-    Attributes
-    ----------
     STATE : tuple of str
         The attributes, dotted where they lie deeper, that tell all of what the node has taken and
         given so far: with them, another node of the same parameters goes on where this one is.
