@@ -2,7 +2,6 @@
 
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +9,12 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import Trigger
 
-from worm_msgs_py import SourceEvent, topics
+from worm_msgs_py import topics
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 from worm_msgs_py.ros.qos import IMAGE_REPLAY
 from worm_tracker.sources.bags.bad_messages import BadMessages
+from worm_tracker.sources.bags.bag_cursor import BagCursor
 from worm_tracker.sources.bags.bag_reader import BagPicture, BagPictures
 from worm_tracker.sources.bags.scan.decompression import CHUNK_MIB, MAX_CHUNK_MIB
 from worm_tracker.sources.image_decoder import IMAGE_TYPE, MAX_MEGAPIXELS, MEGAPIXELS
@@ -58,41 +58,51 @@ class ReplayNode(SourceNode):
         As `BagPictures`, before anything is published.
     """
 
-    STATE = (*SourceNode.STATE, "_bad", "_last_ns", "_losses_told")
+    STATE = (*SourceNode.STATE, "_bad", "_cursor.last_ns", "_cursor.losses_told")
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(**node_arguments)
+        self._bad = BadMessages()
         try:
-            self._declare()
+            self._playback = self._read_playback()
+            self.endless = self.read_parameter("loop", False, "begin again at the end")
+            about = "frames in flight between processes; 0: any number"
+            self.window = self.read_parameter("window", 8, about, Limit(0, 1000))
+            self._bag = bag = self._open_bag()
+            self._cursor = BagCursor(in_a_loop(bag) if self.endless else bag, bag.losses)
             self._create_services()
         except BaseException:
             self.destroy_node()
             raise
-
-    def _declare(self) -> None:
-        parameter = self.read_parameter
-        bag = parameter("bag", Parameter.Type.STRING, "rosbag2 directory, .mcap or .db3 file")
-        topic = parameter("topic", "", "topic of the pictures; empty: the only one")
-        rate = parameter("rate", 0.0, "1.0 is real time, 0.0 as fast as can be", RATE)
-        loop = parameter("loop", False, "begin again at the end")
-        offset_s = parameter("start_offset", 0.0, "seconds to leave out", START_OFFSET)
-        duration_s = parameter(
-            "playback_duration", -1.0, "seconds to play; -1.0: to the end", PLAYBACK, or_else=-1.0
+        self.expected = None if self.endless else bag.expected
+        kind, out = (
+            (Image, topics.IMAGE)
+            if bag.message_type == IMAGE_TYPE
+            else (CompressedImage, topics.IMAGE_COMPRESSED)
         )
-        paused = parameter("start_paused", False, "wait for ~/resume or ~/play_next")
+        self._publisher = self.create_publisher(kind, out, IMAGE_REPLAY)
+
+    def _read_playback(self) -> Playback:
+        rate = self.read_parameter("rate", 0.0, "1.0 is real time, 0.0 as fast as can be", RATE)
+        about = "wait for ~/resume or ~/play_next"
+        return Playback(rate, paused=self.read_parameter("start_paused", False, about))
+
+    def _open_bag(self) -> BagPictures:
+        parameter = self.read_parameter
+        path = parameter("bag", Parameter.Type.STRING, "rosbag2 directory, .mcap or .db3 file")
+        topic = parameter("topic", "", "topic of the pictures; empty: the only one")
+        offset_s = parameter("start_offset", 0.0, "seconds to leave out", START_OFFSET)
+        about = "seconds to play; -1.0: to the end"
+        duration_s = parameter("playback_duration", -1.0, about, PLAYBACK, or_else=-1.0)
         salvage = parameter("salvage", False, "go over what is damaged, and say what was lost")
         about = "MiB; the largest piece of the bag, decompressed, that is read"
         chunk_mib = parameter("max_chunk_mib", MAX_CHUNK_MIB, about, CHUNK_MIB)
         about = "larger pictures are bad ones"
         megapixels = parameter("max_megapixels", MAX_MEGAPIXELS, about, MEGAPIXELS)
-        self.window = parameter(
-            "window", 8, "frames in flight between processes; 0: any number", Limit(0, 1000)
-        )
-        if not bag:
+        if not path:
             raise BadInput("no bag was given; set the parameter `bag`")
-        self._playback = Playback(rate, paused=paused)
-        self._bag = BagPictures(
-            Path(bag),
+        return BagPictures(
+            Path(path),
             topic or None,
             start_offset_s=offset_s,
             playback_duration_s=duration_s if duration_s >= 0.0 else None,
@@ -100,18 +110,6 @@ class ReplayNode(SourceNode):
             max_chunk_mib=chunk_mib,
             max_megapixels=megapixels,
         )
-        self._bad = BadMessages()
-        self.endless = loop
-        self.expected = None if loop else self._bag.expected
-        self._pictures: Iterator[BagPicture] = in_a_loop(self._bag) if loop else iter(self._bag)
-        self._next: BagPicture | None = next(self._pictures, None)
-        self._last_ns = self._losses_told = 0
-        kind, out = (
-            (Image, topics.IMAGE)
-            if self._bag.message_type == IMAGE_TYPE
-            else (CompressedImage, topics.IMAGE_COMPRESSED)
-        )
-        self._publisher = self.create_publisher(kind, out, IMAGE_REPLAY)
 
     @property
     def is_watched(self) -> bool:
@@ -120,42 +118,31 @@ class ReplayNode(SourceNode):
 
     def wait_s(self) -> float:
         """Return the seconds until the next picture is due (`SourceNode.wait_s`)."""
-        if self._next is None:
+        if self._cursor.picture is None:
             return 0.0
-        return self._playback.wait_s(self._next.stamp_ns, time.monotonic())
+        return self._playback.wait_s(self._cursor.picture.stamp_ns, time.monotonic())
 
     def publish_next(self) -> bool:
         """Publish the next picture whether due or not; at the end say so and return False."""
-        picture = self._next
+        picture = self._cursor.picture
+        for event in self._cursor.take_losses(self.sent):
+            self._tell(event)
         if picture is None:
-            self._tell_losses(self._last_ns)
             for event in self._bad.end():
                 self._tell(event)
             self._announce_end()
             return False
-        self._tell_losses(picture.stamp_ns)
         self._tell_whether_bad(picture)
-        self._last_ns = picture.stamp_ns
         self.sent += 1
         self._publisher.publish(picture.raw)
         self._playback.played(picture.stamp_ns, time.monotonic())
-        self._next = next(self._pictures, None)
+        self._cursor.advance()
         return True
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go on with the picture after those that were sent."""
         super().restore(state)
-        for _ in range(self.sent):
-            self._next = next(self._pictures, None)
-        for _ in range(self._losses_told):
-            self._bag.losses.popleft()
-
-    def _tell_losses(self, stamp_ns: int) -> None:
-        """Tell what was lost among the pictures that have been read."""
-        while self._bag.losses:
-            loss = self._bag.losses.popleft()
-            self._losses_told += 1
-            self._tell(SourceEvent(loss.kind, self.sent, stamp_ns, loss.why, count=loss.count))
+        self._cursor.go_on_after(self.sent)
 
     def _tell_whether_bad(self, picture: BagPicture) -> None:
         """Tell which messages cannot be read."""
@@ -168,8 +155,7 @@ class ReplayNode(SourceNode):
 
     def end_now(self) -> None:
         """End a loop where it is."""
-        self._pictures = iter(())
-        self._next = None
+        self._cursor.end()
 
     def pause(self) -> None:
         """Stop playing."""
@@ -186,7 +172,7 @@ class ReplayNode(SourceNode):
 
     def play_next(self) -> bool:
         """Let one picture through while paused; return whether there was one to let through."""
-        return self._next is not None and self._playback.play_next()
+        return self._cursor.picture is not None and self._playback.play_next()
 
     def destroy_node(self) -> None:
         """Close the bag."""
