@@ -21,7 +21,7 @@ from worm_analysis.analysis_node import AnalysisNode
 from worm_bringup.recorder.recorder_node import RecorderNode
 from worm_model.model_node import ModelNode
 from worm_msgs_py import BodyState, Observables, convert, topics
-from worm_msgs_py.convert.body import _NAMES
+from worm_msgs_py.convert.body import _JOINT_NAMES
 from worm_msgs_py.errors import MalformedMessage
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import read_announcement
@@ -38,7 +38,7 @@ STRANGE = {
         JointState(name=["x"], position=[1.0]),
         STATE_OF_NOTHING,
         convert.body_state_to_msg(BodyState(frame=3, stamp_ns=5)),
-        JointState(name=_NAMES, position=[math.nan] * len(_NAMES)),
+        JointState(name=_JOINT_NAMES, position=[math.nan] * len(_JOINT_NAMES)),
     ],
     topics.WORM_MIDLINE: [PointCloud2(), PointCloud2(fields=[PointField(name="x")], point_step=1)],
     topics.CHAMBER_GEOMETRY: [JointState(name=["x"]), JointState(name=["version"], position=[1.5])],
@@ -131,12 +131,14 @@ def test_foreign_messages_on_every_topic_change_no_byte_and_are_counted(tmp_path
 
 numbers = st.floats(allow_nan=True, allow_infinity=True) | st.sampled_from([0.0, 1.0, 3.0, 2.0**53])
 texts = st.text(max_size=8)
-names = texts | st.sampled_from([*_NAMES, "contact", "frame", "version", "chamber_a/radius_m"])
+names = texts | st.sampled_from(
+    [*_JOINT_NAMES, "contact", "frame", "version", "chamber_a/radius_m"]
+)
 joints = st.builds(
     JointState,
-    name=st.lists(names, max_size=8) | st.just(_NAMES),
+    name=st.lists(names, max_size=8) | st.just(_JOINT_NAMES),
     position=st.lists(numbers, max_size=8)
-    | st.lists(numbers, min_size=len(_NAMES), max_size=len(_NAMES)),
+    | st.lists(numbers, min_size=len(_JOINT_NAMES), max_size=len(_JOINT_NAMES)),
 )
 words = texts | st.sampled_from(["none", "true", "1", "-1", "9" * 30, "contact", "a", "nan"])
 keys = texts | st.sampled_from(["chamber", "kind", "start_ns", "end_ns", "distance_m", "name", "n"])
