@@ -185,7 +185,7 @@ def test_no_chamber_ends_the_node(bench):
     rng = np.random.default_rng(0)
     plain = rng.integers(190, 200, (128, 128), np.uint8)
     stand.send(stand.raw, message(plain, 0))
-    with pytest.raises(NoChamberFound, match="no_chamber"):
+    with pytest.raises(NoChamberFound, match="--no-chamber"):
         stand.send(stand.raw, message(plain, 1))
 
 
