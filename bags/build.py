@@ -57,6 +57,18 @@ def main() -> None:
         metavar="FOLDER",
         help="folder with the original frames/*.png and skeletons.npz; keeps them, builds no bag",
     )
+    parser.add_argument(
+        "--folded",
+        type=Path,
+        metavar="FOLDER",
+        help="folder with worm_*.npz, midlines of worms that fold; keeps them, builds no bag",
+    )
+    parser.add_argument(
+        "--skins",
+        type=Path,
+        metavar="FOLDER",
+        help="folder with the original skins.npz; keeps it, builds no bag",
+    )
     options = parser.parse_args()
     if options.wormtracer:
         keep_masks(
@@ -66,6 +78,12 @@ def main() -> None:
         cut_larva_track(options.larva / "7.csv.gz", HERE / "source" / "larva_track.csv.gz")
     if options.wormpose:
         keep_crops(options.wormpose, HERE / "wormpose_crops.zip")
+        return
+    if options.folded or options.skins:
+        if options.folded:
+            keep_folded_worms(options.folded, HERE / "source" / "folded_worms.npz")
+        if options.skins:
+            keep_skins(options.skins / "skins.npz", HERE / "source" / "lumbriculus_skins.npz")
         return
     video = options.wormtracer / "WT_grayscale.avi" if options.wormtracer else None
     new = options.out / ".new"
@@ -134,6 +152,49 @@ def keep_crops(source: Path, target: Path) -> None:
     with zipfile.ZipFile(target, "w", zipfile.ZIP_STORED) as new:  # they are compressed already
         for path in [*sorted((source / "frames").glob("*.png")), source / "skeletons.npz"]:
             new.writestr(zipfile.ZipInfo(path.name), path.read_bytes())
+
+
+# Worms that fold on themselves, and real skins: numbers to draw with, no bags.
+
+
+def keep_folded_worms(source: Path, target: Path) -> None:
+    """Keep midlines and widths in whole micrometres, midlines as steps by frame and by point."""
+    kept: dict[str, NDArray[np.generic]] = {"fps": np.array(25.0)}
+    for path in sorted(source.glob("worm_*.npz")):
+        name = path.stem.removeprefix("worm_")
+        with np.load(path) as data:
+            um = np.rint(1000.0 * data["midline_mm"].astype(np.float64)).astype(np.int32)
+            steps = np.diff(np.diff(np.moveaxis(um, -1, 0), axis=2, prepend=0), axis=1, prepend=0)
+            kept[f"midline_steps_{name}"] = steps.astype(np.int16)
+            kept[f"width_um_{name}"] = np.rint(1000.0 * data["width_mm"]).astype(np.int16)
+    np.savez_compressed(target, **kept)
+
+
+def keep_skins(source: Path, target: Path) -> None:
+    """Keep skins in steps of a half per cent, the midline moved to the middle, the water cut off.
+
+    Across, 0.35 mm to either side are kept; along, 0.3 mm beyond the tips.
+    """
+    per_mm, beyond_mm, across_mm = 60, 0.3, 0.35
+    kept: dict[str, NDArray[np.generic]] = {"per_mm": np.array(float(per_mm))}
+    with np.load(source) as data:
+        for name in ("w4", "w5"):
+            left, right = data[f"{name}_left"], data[f"{name}_right"]
+            inside = np.flatnonzero(np.isfinite(left + right))
+            rows = np.arange(inside[0] - beyond_mm * per_mm, inside[-1] + beyond_mm * per_mm + 1)
+            middle = np.interp(rows, inside, cv2.blur(0.5 * (left + right)[inside], (1, 9)).ravel())
+            offsets = np.arange(-across_mm * per_mm, across_mm * per_mm + 1)
+            columns = offsets + (0.6 + middle[:, np.newaxis]) * per_mm
+            whole = np.asarray(data[f"{name}_T"], dtype=np.float32)
+            at = np.broadcast_to(rows[:, np.newaxis], columns.shape)
+            moved = cv2.remap(
+                whole, columns.astype(np.float32), at.astype(np.float32), cv2.INTER_CUBIC
+            )
+            kept[f"transmission_{name}"] = np.rint(200.0 * np.clip(moved, 0, 1.2)).astype(np.uint8)
+            kept[f"width_um_{name}"] = np.rint(1000.0 * (right - left)[inside]).astype(np.int16)
+            kept[f"length_mm_{name}"] = np.array(float(data[f"{name}_L"]))
+            kept[f"first_s_mm_{name}"] = np.array(rows[0] / per_mm - 0.6)
+    np.savez_compressed(target, **kept)
 
 
 # The larva bag: real motion, drawn by the rig.

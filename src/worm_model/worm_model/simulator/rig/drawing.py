@@ -106,6 +106,28 @@ def expose(rig: Rig, view: NDArray[np.float32], frame: int) -> NDArray[np.uint8]
     return view.astype(np.uint8)
 
 
+def add_worm(rig: Rig, absorbed: Coverage) -> NDArray[np.float32]:
+    """Return the mean grey level of each pixel of the rig with a worm drawn by other means.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig and its camera.
+    absorbed : Coverage
+        The share of each pixel's light that the worm absorbs, sharp; none of it behind the wall.
+    """
+    empty, light, open_part = _empty_rig(rig)
+    picture, margin = empty.copy(), ceil(4.0 * rig.optics.blur_px) + 1
+    left, top = absorbed.u0 - margin, absorbed.v0 - margin
+    part = np.pad(absorbed.part, margin)
+    bottom, right = top + part.shape[0], left + part.shape[1]
+    cut = np.s_[max(-top, 0) : rig.height_px - top, max(-left, 0) : rig.width_px - left]
+    here = np.s_[max(top, 0) : max(bottom, 0), max(left, 0) : max(right, 0)]
+    seen = np.minimum(part[cut], open_part[here])
+    picture[here] -= light[here] * _blurred(seen, rig.optics.blur_px)
+    return picture
+
+
 def worm_coverage(body: Body, margin_px: int = 1) -> Coverage:
     """Return the part of each pixel that the body covers, sharp (before any blur).
 

@@ -1,0 +1,274 @@
+"""Draws a body that folds on itself, strand by strand, in subpixels."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_model.simulator.rig.body import Body
+from worm_model.simulator.rig.drawing import Coverage, add_worm
+from worm_model.simulator.rig.geometry import Rig
+from worm_msgs_py.arrays import Floats
+
+SUBPIXELS = 3
+"""A pixel is so many subpixels wide and high; the body's edge covers a subpixel in part."""
+TIP_STEPS = 5
+SAME_STRAND = 1.0
+"""Midline points that reach a subpixel are of one strand unless more of the midline than so many
+half widths, and a step between points, that does not reach it lies between them."""
+
+Density = Callable[[NDArray[np.float32], NDArray[np.float32]], NDArray[np.float32]]
+"""Optical density (−ln of the transmission) at arc lengths and offsets across the midline, px."""
+
+
+class Layers(NamedTuple):
+    """What lies over each subpixel of a crop.
+
+    Attributes
+    ----------
+    u0, v0 : int
+        Picture coordinates of the crop's first pixel.
+    total : ndarray of float32, shape (SUBPIXELS × height, SUBPIXELS × width)
+        Sum over the strands; at the edge of one, of the part that it covers.
+    """
+
+    u0: int
+    v0: int
+    total: NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Shade:
+    """A worm of one grey.
+
+    Attributes
+    ----------
+    overlap_darker : bool
+        Whether each strand absorbs its share of what the others let pass, as in transmitted light;
+        else the body is one dark area.
+    """
+
+    overlap_darker: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Skin:
+    """What a worm lets pass, as a straightened strip, head first.
+
+    Attributes
+    ----------
+    transmission : ndarray, shape (n, m)
+        By arc length (rows) and offset across (columns, the midline in the middle one); 1 in the
+        water. The midline lies half-way between the edges.
+    first_s_mm, per_mm : float
+        Arc length from the head tip of the first row; samples a millimetre, both ways.
+    length_mm : float
+        From tip to tip.
+    width_mm : ndarray, shape (k,)
+        Full width between the half-height edges, evenly spaced from tip to tip.
+    """
+
+    transmission: Floats
+    first_s_mm: float
+    per_mm: float
+    length_mm: float
+    width_mm: Floats
+
+
+def polyline_body(points_px: Floats, width_px: Floats) -> Body:
+    """Return the body along a midline that may have sharp folds, where a smooth curve would stray.
+
+    Parameters
+    ----------
+    points_px : ndarray, shape (n, 2)
+        Midline (u, v), head first, taken as straight between its points.
+    width_px : ndarray, shape (n,)
+        Full width there. Each end is rounded as a half circle that is as wide as the body at
+        its centre, and whose outermost point is the midline's end.
+    """
+    s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points_px, axis=0).T))]
+    length = float(s[-1])
+    ends = [_end_radius(s, width_px), _end_radius(length - s[::-1], width_px[::-1])]
+    bend = 1.0 - np.cos(np.linspace(0.0, 0.5 * np.pi, TIP_STEPS + 1))
+    at = np.unique(np.round(np.r_[s[:-1], ends[0] * bend, length - ends[1] * bend], 4))
+    at = np.r_[at[at < length - 1e-3], length].astype(np.float64)
+    half = np.asarray(0.5 * np.interp(at, s, width_px), dtype=np.float64)
+    for radius, from_tip in zip(ends, (at, length - at), strict=True):
+        inside = np.maximum(radius - from_tip, 0.0)
+        near = from_tip < radius
+        half[near] = np.sqrt(np.maximum(radius**2 - inside[near] ** 2, 0.0))
+    points = np.stack([np.interp(at, s, points_px[:, k]) for k in (0, 1)], axis=1)
+    return Body(points, at, 2.0 * half)
+
+
+def _end_radius(from_tip: Floats, width_px: Floats) -> float:
+    """Return the radius of the half circle that ends the body: half of the width at its centre."""
+    radius = 0.0
+    for _ in range(50):
+        radius = 0.5 * float(np.interp(radius, from_tip, width_px))
+    return radius
+
+
+def _spine(body: Body) -> slice:
+    """Return the midline's points between the centres of the half circles at its ends."""
+    half, s = 0.5 * body.width_px, body.s_px
+    inside = (half <= s + 1e-3) & (half <= body.length_px - s + 1e-3)
+    where = np.flatnonzero(inside & (half > 1e-3))
+    return slice(int(where[0]), int(where[-1]) + 1)
+
+
+def strands_over(body: Body) -> Layers:
+    """Count the strands over each subpixel: the stretches of the midline that reach it.
+
+    A stretch is a run of midline points within half a width of the subpixel; it counts once,
+    however sharply it bends, so that a hairpin counts twice only from about half a width behind
+    its turn on.
+    """
+    spine = _spine(body)
+    return _layers(body.points_px[spine], body.s_px[spine], 0.5 * body.width_px[spine])
+
+
+def covered(layers: Layers) -> Coverage:
+    """Return the part of each pixel that lies under any strand."""
+    return Coverage(layers.u0, layers.v0, _pixels(np.minimum(layers.total, 1.0)))
+
+
+def is_folded(body: Body, apart_widths: float = 3.0, near_widths: float = 1.0) -> bool:
+    """Tell whether two parts of the body lie on or beside each other.
+
+    Parameters
+    ----------
+    body : Body
+        The worm.
+    apart_widths, near_widths : float
+        The parts are more than the one apart along the body, and less than the other in the
+        picture, from midline to midline, in mean widths.
+    """
+    width = body.mean_width_px
+    count = max(int(np.ceil(body.length_px / (0.25 * width))), 2)
+    s = np.linspace(0.0, body.length_px, count)
+    at = body.at(s)
+    away = np.hypot(*np.moveaxis(at[:, np.newaxis] - at, 2, 0))
+    along = np.abs(s[:, np.newaxis] - s)
+    return bool(((along > apart_widths * width) & (away < near_widths * width)).any())
+
+
+def shaded_view(rig: Rig, layers: Layers, shade: Shade) -> NDArray[np.float32]:
+    """Return the mean grey levels of a picture with a worm of one grey."""
+    strands = layers.total if shade.overlap_darker else np.minimum(layers.total, 1.0)
+    one = np.float32(rig.optics.worm_transmission)
+    whole = np.floor(strands)
+    passed = one**whole * (1.0 - (1.0 - one) * (strands - whole))
+    return add_worm(
+        rig, Coverage(layers.u0, layers.v0, _pixels(np.asarray(1.0 - passed, np.float32)))
+    )
+
+
+def skinned_view(rig: Rig, body: Body, skin: Skin) -> NDArray[np.float32]:
+    """Return the mean grey levels of a picture with a skin laid along the midline.
+
+    The skin is stretched to the body's length; across, it keeps its millimetres. Where strands
+    lie over each other their transmissions multiply.
+    """
+    density = _skin_density(skin)
+    stretch = skin.length_mm / body.length_px
+    middle, scale = density.shape[1] // 2, skin.per_mm / rig.px_per_mm
+    reach_px = (middle - 1) / scale
+    beyond_px = -skin.first_s_mm / stretch
+
+    def painted(s_px: NDArray[np.float32], across_px: NDArray[np.float32]) -> NDArray[np.float32]:
+        row = np.rint((s_px * stretch - skin.first_s_mm) * skin.per_mm).astype(int)
+        column = middle + np.rint(across_px * scale).astype(int)
+        return np.asarray(density[np.clip(row, 0, len(density) - 1), column], np.float32)
+
+    ahead, behind = (
+        end + beyond_px * (end - inner) / np.hypot(*(end - inner))
+        for end, inner in (
+            (body.points_px[0], body.at(reach_px)),
+            (body.points_px[-1], body.at(body.length_px - reach_px)),
+        )
+    )
+    points = np.vstack([ahead, body.points_px, behind])
+    s = np.r_[-beyond_px, body.s_px, body.length_px + beyond_px]
+    u0, v0, total = _layers(points, s, np.full(len(s), reach_px), painted)
+    return add_worm(rig, Coverage(u0, v0, _pixels(-np.expm1(-total))))
+
+
+def _skin_density(skin: Skin) -> NDArray[np.float32]:
+    """Return −ln of the transmission, faded to nothing at the strip's borders."""
+    density = -np.log(np.maximum(skin.transmission, 0.02))
+    rows, columns = density.shape
+    fade = 0.1 * skin.per_mm
+    across = np.minimum(np.arange(columns), columns - 1 - np.arange(columns)) / fade
+    along = np.minimum(np.arange(rows), rows - 1 - np.arange(rows)) / fade
+    faded = density * np.minimum(across, 1.0) * np.minimum(along, 1.0)[:, np.newaxis]
+    return np.asarray(faded, dtype=np.float32)
+
+
+def _layers(
+    points_px: Floats, s_px: Floats, reach_px: Floats, density: Density | None = None
+) -> Layers:
+    """Sum over the strands 1, or the density at the strand's nearest midline point."""
+    margin = float(reach_px.max()) + 2.0
+    first = np.floor(points_px.min(axis=0) - margin).astype(int)
+    width, height = (np.ceil(points_px.max(axis=0) + margin).astype(int) - first + 1).tolist()
+    size = height * width * SUBPIXELS**2
+    total = np.zeros(size, dtype=np.float32)
+    deepest, value = np.zeros_like(total), np.zeros_like(total)
+    last = np.full(size, -np.inf, dtype=np.float32)
+    gap = np.float32(SAME_STRAND * reach_px.max() + np.diff(s_px).max())
+    points = (points_px - first + 0.5) * SUBPIXELS - 0.5
+    segments = pairwise(zip(points, s_px.tolist(), reach_px.tolist(), strict=True))
+    for one, other in segments:
+        at, s, across, depth = _reached(one, other, width * SUBPIXELS)
+        fresh = s - last[at] > gap
+        last[at] = s
+        deeper = fresh | (depth > deepest[at])
+        at, depth = at[deeper], depth[deeper]
+        if density is None:
+            now = np.minimum(np.float32(0.5) + depth, np.float32(1.0))
+        else:
+            now = density(s[deeper], across[deeper])
+        total[at] += now - np.where(fresh[deeper], np.float32(0.0), value[at])
+        value[at], deepest[at] = now, depth
+    shape = (height * SUBPIXELS, width * SUBPIXELS)
+    return Layers(int(first[0]), int(first[1]), total.reshape(shape))
+
+
+def _reached(
+    one: tuple[Floats, float, float], other: tuple[Floats, float, float], row_length: int
+) -> tuple[NDArray[np.intp], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """Return the subpixels that a segment reaches: index, arc length and offset (px), depth.
+
+    The depth is the distance within the outline, in subpixels.
+    """
+    (p, s_p, reach_p), (q, s_q, reach_q) = one, other
+    far = SUBPIXELS * max(reach_p, reach_q) + 1.5
+    corner = np.floor(np.minimum(p, q) - far).astype(int)
+    size = np.ceil(np.maximum(p, q) + far).astype(int) - corner + 1
+    long = max(float(np.hypot(*(q - p))), 1e-9)
+    axis_u, axis_v = ((q - p) / long).astype(np.float32)
+    u = (corner[0] + np.arange(size[0]) - p[0]).astype(np.float32)[np.newaxis, :]
+    v = (corner[1] + np.arange(size[1]) - p[1]).astype(np.float32)[:, np.newaxis]
+    along = axis_u * u + axis_v * v
+    part = np.clip(along * np.float32(1.0 / long), 0.0, 1.0)
+    across = axis_u * v - axis_v * u
+    beyond = along - part * np.float32(long)
+    reach = (reach_p + part * np.float32(reach_q - reach_p)) * np.float32(SUBPIXELS)
+    row, column = np.nonzero(across**2 + beyond**2 < (reach + np.float32(0.5)) ** 2)
+    part, across, beyond = part[row, column], across[row, column], beyond[row, column]
+    away = np.hypot(across, beyond)
+    at = (corner[1] + row) * row_length + corner[0] + column
+    s = np.float32(s_p) + part * np.float32(s_q - s_p)
+    offset = np.copysign(away, across) / np.float32(SUBPIXELS)
+    return at, s, offset, reach[row, column] - away
+
+
+def _pixels(fine: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the mean of each pixel's subpixels."""
+    rows, columns = fine.shape[0] // SUBPIXELS, fine.shape[1] // SUBPIXELS
+    mean = fine.reshape(rows, SUBPIXELS, columns, SUBPIXELS).mean(axis=(1, 3), dtype=np.float32)
+    return np.asarray(mean, dtype=np.float32)
