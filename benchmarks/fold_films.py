@@ -1,0 +1,145 @@
+"""Films of worms that fold on themselves, with exact truth, drawn once and kept as JPEG files."""
+
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_model.simulator import film, folded_worms, take
+from worm_model.simulator.folded_worms import LOOKS, FoldedWorm, film_worm, rig_for
+from worm_model.simulator.rig import body, drawing, geometry, optics, strands, truth
+from worm_model.simulator.rig.strands import Skin, is_folded
+from worm_model.simulator.worm import Walker, midlines_mm
+
+SOURCE = Path(__file__).parents[1] / "bags" / "source"
+WORMS_FILE, SKINS_FILE = SOURCE / "folded_worms.npz", SOURCE / "lumbriculus_skins.npz"
+WORMS = ("4001", "4002", "4003", "4004", "4005", "4006")
+OPEN = "open"
+"""A worm that walks along the wall and never folds, to wear the real skins."""
+OPEN_FRAMES, OPEN_FPS = 1000, 25.0
+MIDLINE_POINTS = 241
+_CODE = (folded_worms, film, take, body, drawing, geometry, optics, strands, truth)
+
+FILMS = tuple(
+    (worm, look)
+    for index, worm in enumerate(WORMS)
+    for look in ("one_shade", "darker", "coarse", ("skin_w4", "skin_w5")[index % 2])
+)
+"""Six worms in four looks."""
+MORE_FILMS = ((OPEN, "skin_w4"), (OPEN, "skin_w5"), ("4002", "thin_tail"), ("4004", "thin_tail"))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FoldFilm:
+    """A film and its truth, an item a frame.
+
+    Attributes
+    ----------
+    worm, look : str
+    px_per_mm, radius_mm, exit_width_mm, width_px : float
+        Scale, R, W, and the mean width of the body's middle half.
+    jpeg : ndarray of uint8, jpeg_end : ndarray of int
+        The pictures one behind the other, and where each ends.
+    stamp_ns : ndarray of int
+    midline_px : ndarray, shape (frames, MIDLINE_POINTS, 2)
+        At even steps of arc length, head first, straight between the points.
+    half_width_px : ndarray, shape (frames, MIDLINE_POINTS)
+    centroid_px : ndarray, shape (frames, 2)
+        Of the area that the body covers.
+    folded, contact : ndarray of bool
+    """
+
+    worm: str
+    look: str
+    px_per_mm: float
+    radius_mm: float
+    exit_width_mm: float
+    width_px: float
+    jpeg: NDArray[np.uint8]
+    jpeg_end: NDArray[np.int64]
+    stamp_ns: NDArray[np.int64]
+    midline_px: NDArray[np.float64]
+    half_width_px: NDArray[np.float64]
+    centroid_px: NDArray[np.float64]
+    folded: NDArray[np.bool_]
+    contact: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.stamp_ns)
+
+    def picture(self, frame: int) -> NDArray[np.uint8]:
+        """Decode a picture."""
+        start = int(self.jpeg_end[frame - 1]) if frame else 0
+        data = self.jpeg[start : int(self.jpeg_end[frame])]
+        return np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
+
+
+def fold_film(worm: str, look: str, cache: Path) -> FoldFilm:
+    """Return a film from the cache, or draw it and keep it there (300 MB, two minutes).
+
+    What is kept is drawn anew where the data or the code that draws has changed.
+    """
+    kept = cache / f"{worm}_{look}_{_digest()}.npz"
+    if not kept.exists():
+        cache.mkdir(parents=True, exist_ok=True)
+        unfinished = kept.with_suffix(".part.npz")
+        np.savez(unfinished, **_drawn(worm, look))
+        unfinished.replace(kept)
+    with np.load(kept) as data:
+        arrays = {name: data[name] for name in data.files}
+    plain = {name: values.item() for name, values in arrays.items() if values.ndim == 0}
+    return FoldFilm(**(arrays | plain))
+
+
+def _digest() -> str:
+    files = [Path(module.__file__ or "") for module in _CODE] + [WORMS_FILE, SKINS_FILE]
+    files.append(Path(__file__))
+    return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:8]
+
+
+def _motion(worm: str) -> FoldedWorm:
+    if worm != OPEN:
+        return folded_worms.read_folded_worms(WORMS_FILE)[worm]
+    walker = Walker(length_mm=20.0, width_mm=0.4, mean_slide_mm=4.0, mean_hop_mm=1.2, seed=5)
+    lines = np.stack(list(midlines_mm(walker, 10.0, OPEN_FRAMES / OPEN_FPS, OPEN_FPS)))
+    fine = np.linspace(0.0, lines.shape[1] - 1.0, 121)
+    whole = np.arange(lines.shape[1])
+    smooth = [[np.interp(fine, whole, line[:, k]) for k in (0, 1)] for line in lines]
+    return FoldedWorm(np.swapaxes(np.array(smooth), 1, 2), np.full(121, 0.4), OPEN_FPS)
+
+
+def _drawn(name: str, look_name: str) -> dict[str, NDArray[np.generic]]:
+    look, worm = LOOKS[look_name], _motion(name)
+    skin: Skin | None = folded_worms.read_skins(SKINS_FILE)[look.skin] if look.skin else None
+    rig = rig_for(look, seed=int(name) if name.isdigit() else 0)
+    part = np.linspace(0.0, 1.0, MIDLINE_POINTS)
+    rows: dict[str, list[object]] = {
+        key: []
+        for key in ("stamp_ns", "midline_px", "half_width_px", "centroid_px", "folded", "contact")
+    }
+    jpegs: list[bytes] = []
+    width_px = 0.0
+    for frame, true_body in film_worm(rig, worm, look, skin):
+        s = part * true_body.length_px
+        jpegs.append(film.encode_jpeg(frame.picture, look.jpeg_quality))
+        rows["stamp_ns"].append(frame.stamp_ns)
+        rows["midline_px"].append(true_body.at(s))
+        rows["half_width_px"].append(0.5 * np.interp(s, true_body.s_px, true_body.width_px))
+        rows["centroid_px"].append((frame.truth.centroid_u_px, frame.truth.centroid_v_px))
+        rows["folded"].append(is_folded(true_body))
+        rows["contact"].append(bool(frame.truth.contact))
+        width_px = true_body.mean_width_px
+    sizes = np.cumsum([len(jpeg) for jpeg in jpegs])
+    scale = {"px_per_mm": look.px_per_mm, "radius_mm": rig.radius_mm, "width_px": width_px}
+    return {
+        "worm": np.array(name),
+        "look": np.array(look_name),
+        "exit_width_mm": np.array(rig.exit_width_mm),
+        **{key: np.array(value) for key, value in scale.items()},
+        "jpeg": np.frombuffer(b"".join(jpegs), dtype=np.uint8),
+        "jpeg_end": sizes,
+        **{key: np.array(values) for key, values in rows.items()},
+    }
