@@ -31,7 +31,7 @@ from worm_tracker.sources.bags.bad_messages import MOST_EVENTS, BadMessages
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.serialized_images import empty_picture, read_picture, stamp_of
 from worm_tracker.sources.image_decoder import PictureDecoder
-from worm_tracker.sources.image_files import size_of_whole
+from worm_tracker.sources.jpeg_png import size_of_whole
 
 SHAPE = (48, 64)
 

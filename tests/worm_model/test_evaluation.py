@@ -17,7 +17,7 @@ from worm_model.evaluation import (
     read_tracks,
     read_truth,
 )
-from worm_model.evaluation.figures import matches, runs
+from worm_model.evaluation.track_errors import matches, runs
 from worm_msgs_py.errors import EvaluationError
 
 FRAMES, STEP_NS = 200, 100_000_000

@@ -1,11 +1,11 @@
 """Everything that a user may tell the tracker, with its default."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 from math import hypot, isfinite, nan
 
 from worm_msgs_py import limits
 from worm_msgs_py.errors import TrackerError
+from worm_tracker.polarity import Polarity
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, MEGAPIXELS
 
 TRACKER_LIMITS = {
@@ -33,13 +33,6 @@ MAY_LACK = frozenset(TRACKER_LIMITS) - {
     "max_megapixels",
 }
 """NaN says of these that they are to be looked for, or are not known."""
-
-
-class Polarity(StrEnum):
-    """How the worm looks against its surroundings."""
-
-    DARK = "dark"
-    BRIGHT = "bright"
 
 
 @dataclass(frozen=True, slots=True)

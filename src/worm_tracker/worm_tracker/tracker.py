@@ -3,7 +3,6 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Picture
@@ -18,7 +17,8 @@ from worm_tracker.frame_queue import FrameQueue
 from worm_tracker.frame_state import PendingFrame
 from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail, HeadTailSettings
 from worm_tracker.observation import Observation
-from worm_tracker.parameters import Polarity, TrackerParameters
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.polarity import dark_on_bright
 from worm_tracker.worm_track import WormTrack
 
 
@@ -172,8 +172,7 @@ class Tracker:
         stages = self._stages
         if not self._is_well_formed(picture) or (stages and picture.shape != stages.shape):
             return Observation(Status.BAD_IMAGE)
-        if self._parameters.polarity is Polarity.BRIGHT:
-            picture = np.asarray(cv2.bitwise_not(picture), np.uint8)
+        picture = dark_on_bright(picture, self._parameters.polarity)
         if stages is None:
             return self._begin(picture, stamp_ns)
         if not self._is_informative(picture):

@@ -13,7 +13,7 @@ from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.trial import EndedEarly, Incomplete, Trial, run_graph, run_trial
 from worm_msgs_py.ros.watchdog import PATIENCE_S
-from worm_tracker.parameters import Polarity
+from worm_tracker.polarity import Polarity
 from worm_tracker.sources.camera_node import RECONNECT
 from worm_tracker.sources.cameras.camera_address import Kind, kind_of, shown_address
 

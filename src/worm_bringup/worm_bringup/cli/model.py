@@ -12,7 +12,7 @@ from rich.table import Table
 from worm_bringup.cli.model_compare import compare
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.terminal import Terminal, say
-from worm_model.boundary_walk.figures import write_figure
+from worm_model.boundary_walk.paper_figures import write_figure
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 from worm_model.boundary_walk.summary import CONVENTIONS, NO_FALL, WalkSummary, summarise

@@ -14,7 +14,8 @@ from worm_msgs_py import limits
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.network import Reach
 from worm_msgs_py.ros.watchdog import PATIENCE
-from worm_tracker.parameters import Polarity, TrackerParameters
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.polarity import Polarity
 from worm_tracker.sources.bags.scan.decompression import CHUNK_MIB
 from worm_tracker.sources.image_decoder import MEGAPIXELS
 

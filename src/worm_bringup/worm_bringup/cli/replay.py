@@ -18,7 +18,7 @@ from worm_bringup.provenance import bag_hash
 from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_msgs_py.ros.watchdog import PATIENCE_S
-from worm_tracker.parameters import Polarity
+from worm_tracker.polarity import Polarity
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from worm_model.evaluation.record import ChamberCircle, FrameTable
+from worm_model.evaluation.frame_table import ChamberCircle, FrameTable
 from worm_msgs_py import Status
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.body import KEYPOINTS

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from worm_msgs_py.errors import BadInput, BadPicture
 from worm_msgs_py.limits import Limit
-from worm_tracker.sources.image_files import JPEG, PNG, size_of_whole
+from worm_tracker.sources.jpeg_png import JPEG, PNG, size_of_whole
 
 Grey = NDArray[np.uint8]
 

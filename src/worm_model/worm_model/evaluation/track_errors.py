@@ -14,7 +14,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from worm_model.evaluation.distances import as_given_rms, resampled, shape_rms
-from worm_model.evaluation.record import FEWEST_FRAMES, ChamberCircle, FrameTable, common_rows
+from worm_model.evaluation.frame_table import FEWEST_FRAMES, ChamberCircle, FrameTable, common_rows
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.units import NS_PER_S
 
