@@ -1,7 +1,7 @@
 """Parquet tables: rows written as they come in bounded memory, columns read as arrays."""
 
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -109,13 +109,20 @@ def read_table(path: Path, columns: Iterable[str]) -> Columns:
         Where the file is missing or damaged, lacks a column, or one holds something else.
     """
     wanted = list(columns)
-    try:
+    with damage_reported(path):
         known = set(pq.read_schema(path).names)
         missing = [name for name in wanted if name not in known]
         if missing:
             raise ReportError(f"{path}: has no column {', '.join(map(repr, missing))}: {RUN_AGAIN}")
         table = pq.read_table(path, columns=wanted)
         return {name: _to_numpy(name, table.column(name)) for name in wanted}
+
+
+@contextmanager
+def damage_reported(path: Path) -> Iterator[None]:
+    """Let whatever is wrong with a Parquet file be a ReportError that names it."""
+    try:
+        yield
     except FileNotFoundError:
         raise ReportError(f"{path}: not there: {RUN_AGAIN}") from None
     except (OSError, pa.ArrowException) as error:

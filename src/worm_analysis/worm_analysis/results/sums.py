@@ -12,8 +12,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from worm_analysis.results import entries
+from worm_analysis.results.parquet_table import damage_reported
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.errors import RUN_AGAIN, ReportError
 
 SCHEMA = pa.schema(
     [("name", pa.string()), ("block", pa.int64()), ("values", pa.list_(pa.float64()))]
@@ -43,16 +43,8 @@ def read_sums(path: Path) -> dict[str, Floats]:
     ReportError
         Where the file is missing (results of a version that did not save them) or damaged.
     """
-    try:
-        table = pq.read_table(path, schema=SCHEMA)
-    except FileNotFoundError:
-        raise ReportError(f"{path}: not there: {RUN_AGAIN}") from None
-    except (OSError, pa.ArrowException) as error:
-        raise ReportError(f"{path}: cannot be read as Parquet ({error}): {RUN_AGAIN}") from error
-    try:
-        return _by_name(table)
-    except ValueError as error:
-        raise ReportError(f"{path}: {error}: {RUN_AGAIN}") from None
+    with damage_reported(path):
+        return _by_name(pq.read_table(path, schema=SCHEMA))
 
 
 def _by_name(table: Any) -> dict[str, Floats]:

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from types import FrameType
+from typing import TypeVar
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException
@@ -22,6 +23,8 @@ from worm_msgs_py.text import printable
 TICK_S = 0.1
 """No wait is longer than this, so that a signal or a service is heeded at once."""
 _REFUSED = 2
+
+AnyNode = TypeVar("AnyNode", bound=Node)
 
 
 _running: threading.Event | None = None  # of the stop_on_signals that is in force
@@ -135,12 +138,19 @@ def alone_on_its_name(node: Node, reach: Reach) -> Iterator[None]:
         yield
 
 
+def _until_a_signal(node: Node, executor: SingleThreadedExecutor, stop: threading.Event) -> int:
+    while not stop.is_set():
+        executor.spin_once(timeout_sec=TICK_S)
+    return 0
+
+
 def run_alone(
-    make: Callable[[], Node],
+    make: Callable[[], AnyNode],
     args: list[str] | None = None,
     refusals: tuple[type[Exception], ...] = (ValueError,),
+    drive: Callable[[AnyNode, SingleThreadedExecutor, threading.Event], int] = _until_a_signal,
 ) -> int:
-    """Make a node and run its callbacks until a signal comes.
+    """Make a node and run it as a process of its own.
 
     Parameters
     ----------
@@ -150,11 +160,14 @@ def run_alone(
         Command line, with ``--ros-args``.
     refusals : tuple of exception types
         What the node raises where its parameters or its input are bad.
+    drive : callable
+        Runs the node in its executor, to its end or until the event is set, and returns the exit
+        status; by default its callbacks are run until a signal comes.
 
     Returns
     -------
     int
-        The process's exit status: 0, or 2 where the node refused (one line on stderr).
+        The process's exit status, or 2 where the node refused (one line on stderr).
     """
     try:
         with ros_of_a_lone_node(args) as reach, stop_on_signals() as stop, ExitStack() as stack:
@@ -164,9 +177,7 @@ def run_alone(
             stack.enter_context(alone_on_its_name(node, reach))
             executor = SingleThreadedExecutor()
             executor.add_node(node)
-            while not stop.is_set():
-                executor.spin_once(timeout_sec=TICK_S)
+            return drive(node, executor, stop)
     except (*refusals, InvalidParameterTypeException) as error:
         print(printable(error), file=sys.stderr)
         return _REFUSED
-    return 0

@@ -20,7 +20,7 @@ from worm_tracker.sources.cameras.camera_address import Kind, shown_address
 from worm_tracker.sources.cameras.latest_frame import CapturedFrame
 from worm_tracker.sources.cameras.live_record import LiveRecord
 from worm_tracker.sources.cameras.outages import Outage
-from worm_tracker.sources.source_node import SourceNode, run_alone
+from worm_tracker.sources.source_node import SourceNode, run_source_alone
 
 RECONNECT = Limit(0.0, 86400.0, "s")
 SECONDS = Limit(1e-3, 3600.0, "s")
@@ -251,7 +251,7 @@ class CameraNode(SourceNode):
 
 def main(args: list[str] | None = None) -> int:
     """Run the node alone."""
-    return run_alone(CameraNode, args)
+    return run_source_alone(CameraNode, args)
 
 
 if __name__ == "__main__":

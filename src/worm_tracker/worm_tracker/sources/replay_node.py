@@ -19,7 +19,7 @@ from worm_tracker.sources.bags.bag_reader import BagPicture, BagPictures
 from worm_tracker.sources.bags.scan.decompression import CHUNK_MIB, MAX_CHUNK_MIB
 from worm_tracker.sources.image_decoder import IMAGE_TYPE, MAX_MEGAPIXELS, MEGAPIXELS
 from worm_tracker.sources.playback import PLAYBACK, RATE, START_OFFSET, Playback, in_a_loop
-from worm_tracker.sources.source_node import SourceNode, run_alone
+from worm_tracker.sources.source_node import SourceNode, run_source_alone
 
 
 class ReplayNode(SourceNode):
@@ -212,7 +212,7 @@ class ReplayNode(SourceNode):
 
 def main(args: list[str] | None = None) -> int:
     """Run the node alone."""
-    return run_alone(ReplayNode, args)
+    return run_source_alone(ReplayNode, args)
 
 
 if __name__ == "__main__":

@@ -1,14 +1,11 @@
 """What both sources of pictures share: counting, back-pressure, the end, how they are driven."""
 
-import sys
 import threading
 import time
 from collections.abc import Callable
-from contextlib import ExitStack
 from typing import Any, ClassVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import Executor, SingleThreadedExecutor, TimeoutException
 from std_msgs.msg import UInt64, UInt64MultiArray
 
@@ -18,15 +15,9 @@ from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW, RESULT
-from worm_msgs_py.ros.running import (
-    TICK_S,
-    alone_on_its_name,
-    ros_of_a_lone_node,
-    stop_on_signals,
-)
+from worm_msgs_py.ros.running import TICK_S, run_alone
 from worm_msgs_py.ros.watchdog import Watch
-from worm_msgs_py.ros.worm_node import WormNode, refuse_unknown_parameters
-from worm_msgs_py.text import printable
+from worm_msgs_py.ros.worm_node import WormNode
 
 NAME = "image_source"
 _REPORT_EVERY_S = 1.0
@@ -286,7 +277,7 @@ def until_stopped(source: SourceNode, stop: threading.Event) -> Callable[[], boo
     return keep_on
 
 
-def run_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> int:
+def run_source_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> int:
     """Run one source as a process: wait for someone to look, send everything, end.
 
     Returns
@@ -294,21 +285,16 @@ def run_alone(make: Callable[[], SourceNode], args: list[str] | None = None) -> 
     int
         The process's exit status: 0 whole, 1 interrupted, 2 bad input (one line on stderr).
     """
-    try:
-        with ros_of_a_lone_node(args) as reach, stop_on_signals() as stop, ExitStack() as stack:
-            source = make()
-            stack.callback(source.destroy_node)
-            refuse_unknown_parameters(source)
-            stack.enter_context(alone_on_its_name(source, reach))
-            executor = SingleThreadedExecutor()
-            executor.add_node(source)
-            while not stop.is_set() and not source.is_watched:
-                executor.spin_once(timeout_sec=TICK_S)
-            keep_on = until_stopped(source, stop)
-            ended = spin_source(executor, source, keep_on, heed_window=True)
-            while not stop.is_set() and source.window > 0 and source.in_flight > 0:
-                executor.spin_once(timeout_sec=TICK_S)  # the latched end must be there to be read
-            return 0 if ended else 1
-    except (BadInput, InvalidParameterTypeException) as error:
-        print(printable(error), file=sys.stderr)
-        return 2
+    return run_alone(make, args, refusals=(BadInput,), drive=_send_everything)
+
+
+def _send_everything(
+    source: SourceNode, executor: SingleThreadedExecutor, stop: threading.Event
+) -> int:
+    while not stop.is_set() and not source.is_watched:
+        executor.spin_once(timeout_sec=TICK_S)
+    keep_on = until_stopped(source, stop)
+    ended = spin_source(executor, source, keep_on, heed_window=True)
+    while not stop.is_set() and source.window > 0 and source.in_flight > 0:
+        executor.spin_once(timeout_sec=TICK_S)  # the latched end must be there to be read
+    return 0 if ended else 1

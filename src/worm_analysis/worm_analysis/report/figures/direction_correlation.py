@@ -28,11 +28,10 @@ _READING = (
     "<i>C</i><sub>θ</sub>(<i>t</i>) = ⟨sgn θ̇<sub>h</sub>(<i>t</i> + <i>t</i><sub>0</sub>) · "
     "sgn θ̇<sub>h</sub>(<i>t</i><sub>0</sub>)⟩ over all <i>t</i><sub>0</sub> in one unbroken "
     "visit; 1: always the same direction, 0: no memory of it. Band: ± one standard error, from "
-    "blocks of time, or from drawing the trials again. Blue: "
-    "exp(−<i>t</i>/<i>t</i><sub>per</sub>) fitted to the measurement. "
-    "Purple: the boundary walk with the parameters of this data. Dashed: the paper's decay time of "
-    "about 27 s. n counts the moments at which the direction is known; they are not "
-    "independent. Lags with fewer than a quarter as many pairs are not shown."
+    "blocks of time, or from whole trials. Blue: exp(−<i>t</i>/<i>t</i><sub>per</sub>) fitted to "
+    "the measurement. Purple: the boundary walk with the parameters of this data. Dashed: the "
+    "paper's decay time of about 27 s. n counts the moments at which the direction is known; they "
+    "are not independent. Lags with fewer than a quarter as many pairs are not shown."
 )
 
 
