@@ -24,8 +24,8 @@ _WALK = "The walk"
 _RIG = "The rig"
 _START = "The start"
 _DEFAULTS = WalkParameters()
-WIDTH = replace(limits.EXIT_WIDTH.to("mm"), or_zero=True)
-DEPTH = replace(limits.DEPTH.to("mm"), or_zero=True)
+WALK_EXIT_WIDTH = replace(limits.EXIT_WIDTH.to("mm"), or_zero=True)
+WALK_DEPTH = replace(limits.DEPTH.to("mm"), or_zero=True)
 SPEED, STEP = Limit(1e-3, 1e3, "mm/s"), Limit(0.01, 1e3, "mm")
 REVERSAL, AT = Limit(0.0, 100.0), Limit(0.0, 1e7, "s")
 
@@ -38,7 +38,7 @@ model.command()(compare)
 @model.command()
 def solve(
     width_mm: Annotated[
-        float, number(WIDTH, help="Width W of the exit.", rich_help_panel=_RIG)
+        float, number(WALK_EXIT_WIDTH, help="Width W of the exit.", rich_help_panel=_RIG)
     ] = _DEFAULTS.exit_width_mm,
     radius_mm: Annotated[
         float,
@@ -46,7 +46,9 @@ def solve(
     ] = _DEFAULTS.radius_mm,
     depth_mm: Annotated[
         float | None,
-        number(DEPTH, help="Depth h of the chamber; 1.5 where not given.", rich_help_panel=_RIG),
+        number(
+            WALK_DEPTH, help="Depth h of the chamber; 1.5 where not given.", rich_help_panel=_RIG
+        ),
     ] = None,
     effective_width: Annotated[
         bool, typer.Option(help="Take the exit as √(W² + h²) wide, or as W.", rich_help_panel=_RIG)

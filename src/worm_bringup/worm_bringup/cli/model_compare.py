@@ -29,7 +29,7 @@ from worm_msgs_py.intervals import Interval, intervals_overlap
 
 _MILLI = {"m": "mm", "m/s": "mm/s"}
 PAPER = "the paper's own numbers"
-WIDTH = 110
+PRINTED_WIDTH = 110
 """Of tables that go into a file: wide enough for every number."""
 
 
@@ -97,7 +97,7 @@ def compare(
         document = [_document(case) for case in cases]
         typer.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
         return
-    console = Terminal(width=None if sys.stdout.isatty() else WIDTH)
+    console = Terminal(width=None if sys.stdout.isatty() else PRINTED_WIDTH)
     for case in cases:
         _print(console, case)
 

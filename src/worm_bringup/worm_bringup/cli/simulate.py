@@ -23,11 +23,11 @@ from worm_msgs_py.limits import Limit
 _WORM = "The worm"
 _RIG = "The rig"
 DURATION = Limit(0.1, 604_800.0, "s")
-FPS = Limit(0.1, 1000.0, "frames/s")
-LENGTH, WIDTH = Limit(1.0, 60.0, "mm"), Limit(0.05, 5.0, "mm")
+FILM_FPS = Limit(0.1, 1000.0, "frames/s")
+BODY_LENGTH, BODY_WIDTH = Limit(1.0, 60.0, "mm"), Limit(0.05, 5.0, "mm")
 SPEED = Limit(0.01, 10.0, "mm/s")
 STEP, EXCURSION = Limit(0.01, 100.0, "mm"), Limit(0.01, 8.0, "mm")
-EXIT_WIDTH = Limit(0.1, 15.0, "mm", or_zero=True)
+FILM_EXIT_WIDTH = Limit(0.1, 15.0, "mm", or_zero=True)
 NOISE = Limit(0.0, 255.0, "grey levels")
 FRAME_BYTES = 100_000
 """About what a picture of the simulated rig takes in the bag."""
@@ -37,10 +37,10 @@ MOST_FRAMES = 1_000_000
 def simulate(
     out: Annotated[Path, typer.Option(help="The bag to make; its truth is written beside it.")],
     duration_s: Annotated[float, number(DURATION)] = 60.0,
-    fps: Annotated[float, number(FPS)] = 30.0,
+    fps: Annotated[float, number(FILM_FPS)] = 30.0,
     seed: Annotated[int, number(limits.SEED, help="Same seed, same film.")] = 0,
-    length_mm: Annotated[float, number(LENGTH, rich_help_panel=_WORM)] = 20.0,
-    body_width_mm: Annotated[float, number(WIDTH, rich_help_panel=_WORM)] = 0.4,
+    length_mm: Annotated[float, number(BODY_LENGTH, rich_help_panel=_WORM)] = 20.0,
+    body_width_mm: Annotated[float, number(BODY_WIDTH, rich_help_panel=_WORM)] = 0.4,
     speed_mm_s: Annotated[
         float, number(SPEED, help="Along the wall.", rich_help_panel=_WORM)
     ] = 2.02,
@@ -53,7 +53,7 @@ def simulate(
         float, number(limits.SHARE, help="Per slide and hop.", rich_help_panel=_WORM)
     ] = 0.03,
     exit_width_mm: Annotated[
-        float, number(EXIT_WIDTH, help="W; 0: no exit.", rich_help_panel=_RIG)
+        float, number(FILM_EXIT_WIDTH, help="W; 0: no exit.", rich_help_panel=_RIG)
     ] = 2.0,
     exit_deg: Annotated[
         float, number(limits.ANGLE, help="Counter-clockwise from right.", rich_help_panel=_RIG)
