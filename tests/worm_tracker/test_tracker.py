@@ -235,9 +235,9 @@ def test_pictures_without_a_chamber_end_with_the_remedy():
         np.clip(200 + 3 * rng.standard_normal((256, 256)), 0, 255).astype(np.uint8)
         for _ in range(12)
     ]
-    with pytest.raises(NoChamberFound, match="no_chamber"):
+    with pytest.raises(NoChamberFound, match="--no-chamber"):
         track(plain)
-    with pytest.raises(NoChamberFound, match="no_chamber"):
+    with pytest.raises(NoChamberFound, match="--no-chamber"):
         track(plain[:2])
 
 
