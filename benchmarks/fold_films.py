@@ -1,18 +1,18 @@
 """Films of worms that fold on themselves, with exact truth, drawn once and kept as JPEG files."""
 
-from dataclasses import dataclass
-from hashlib import sha256
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_model.simulator import film, folded_worms, take
+from worm_model.simulator import folded_worms
+from worm_model.simulator.film import encode_jpeg
 from worm_model.simulator.folded_worms import LOOKS, FoldedWorm, film_worm, rig_for
-from worm_model.simulator.rig import body, drawing, geometry, optics, strands, truth
 from worm_model.simulator.rig.strands import Skin, is_folded
 from worm_model.simulator.worm import Walker, midlines_mm
+from worm_msgs_py.files.whole_files import whole_file
 
 SOURCE = Path(__file__).parents[1] / "bags" / "source"
 WORMS_FILE, SKINS_FILE = SOURCE / "folded_worms.npz", SOURCE / "lumbriculus_skins.npz"
@@ -21,7 +21,6 @@ OPEN = "open"
 """A worm that walks along the wall and never folds, to wear the real skins."""
 OPEN_FRAMES, OPEN_FPS = 1000, 25.0
 MIDLINE_POINTS = 241
-_CODE = (folded_worms, film, take, body, drawing, geometry, optics, strands, truth)
 
 FILMS = tuple(
     (worm, look)
@@ -80,24 +79,24 @@ class FoldFilm:
 def fold_film(worm: str, look: str, cache: Path) -> FoldFilm:
     """Return a film from the cache, or draw it and keep it there (300 MB, two minutes).
 
-    What is kept is drawn anew where the data or the code that draws has changed.
+    The first frame is drawn each time: a kept film whose first frame is another is drawn anew.
     """
-    kept = cache / f"{worm}_{look}_{_digest()}.npz"
-    if not kept.exists():
-        cache.mkdir(parents=True, exist_ok=True)
-        unfinished = kept.with_suffix(".part.npz")
-        np.savez(unfinished, **_drawn(worm, look))
-        unfinished.replace(kept)
+    kept = cache / f"{worm}_{look}.npz"
+    if kept.exists():
+        film_kept, first = _read(kept), _drawn(worm, look, 1)
+        if np.array_equal(film_kept.jpeg[: film_kept.jpeg_end[0]], first["jpeg"]):
+            return film_kept
+    cache.mkdir(parents=True, exist_ok=True)
+    with whole_file(kept) as unfinished, unfinished.open("wb") as file:
+        np.savez(file, **_drawn(worm, look))
+    return _read(kept)
+
+
+def _read(kept: Path) -> FoldFilm:
     with np.load(kept) as data:
         arrays = {name: data[name] for name in data.files}
     plain = {name: values.item() for name, values in arrays.items() if values.ndim == 0}
     return FoldFilm(**(arrays | plain))
-
-
-def _digest() -> str:
-    files = [Path(module.__file__ or "") for module in _CODE] + [WORMS_FILE, SKINS_FILE]
-    files.append(Path(__file__))
-    return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:8]
 
 
 def _motion(worm: str) -> FoldedWorm:
@@ -111,8 +110,9 @@ def _motion(worm: str) -> FoldedWorm:
     return FoldedWorm(np.swapaxes(np.array(smooth), 1, 2), np.full(121, 0.4), OPEN_FPS)
 
 
-def _drawn(name: str, look_name: str) -> dict[str, NDArray[np.generic]]:
+def _drawn(name: str, look_name: str, frames: int | None = None) -> dict[str, NDArray[np.generic]]:
     look, worm = LOOKS[look_name], _motion(name)
+    worm = replace(worm, midlines_mm=worm.midlines_mm[:frames])
     skin: Skin | None = folded_worms.read_skins(SKINS_FILE)[look.skin] if look.skin else None
     rig = rig_for(look, seed=int(name) if name.isdigit() else 0)
     part = np.linspace(0.0, 1.0, MIDLINE_POINTS)
@@ -124,7 +124,7 @@ def _drawn(name: str, look_name: str) -> dict[str, NDArray[np.generic]]:
     width_px = 0.0
     for frame, true_body in film_worm(rig, worm, look, skin):
         s = part * true_body.length_px
-        jpegs.append(film.encode_jpeg(frame.picture, look.jpeg_quality))
+        jpegs.append(encode_jpeg(frame.picture, look.jpeg_quality))
         rows["stamp_ns"].append(frame.stamp_ns)
         rows["midline_px"].append(true_body.at(s))
         rows["half_width_px"].append(0.5 * np.interp(s, true_body.s_px, true_body.width_px))
