@@ -300,11 +300,13 @@ def main() -> None:
         parser.error("no such film")
     jobs = [(*film, asked.cache, asked.frames, asked.overlays) for film in films]
     with ProcessPoolExecutor(asked.jobs, mp_context=get_context("spawn")) as pool:
-        results = list(pool.map(measured, jobs))
+        results: list[dict[str, Any]] = []
+        for result in pool.map(measured, jobs):
+            results.append(result)
+            if asked.json:  # film by film: all of them take an hour
+                asked.json.write_text(json.dumps(results, indent=1))
     old = json.loads(asked.compare.read_text()) if asked.compare else []
     show(results, {f"{each['worm']} {each['look']}": each for each in old})
-    if asked.json:
-        asked.json.write_text(json.dumps(results, indent=1))
 
 
 if __name__ == "__main__":
