@@ -22,7 +22,6 @@ from worm_msgs_py.limits import Limit
 from worm_msgs_py.ros.running import finish_despite_signals
 
 _PLACE = Limit(-1e4, 1e4, "mm")
-_RIG = "The rig, where the table cannot say"
 
 
 def analyse(
@@ -31,39 +30,15 @@ def analyse(
         typer.Argument(help="A .csv or .parquet table of tracks, or a results directory."),
     ],
     out: options.Out,
-    radius_mm: Annotated[
-        float | None,
-        number(
-            limits.RADIUS.to("mm"),
-            help="The chamber's radius R; 10 where not given.",
-            rich_help_panel=_RIG,
-        ),
-    ] = None,
-    exit_width_mm: Annotated[
-        float | None,
-        number(limits.EXIT_WIDTH.to("mm"), help="The exit's width W.", rich_help_panel=_RIG),
-    ] = None,
-    passage_length_mm: Annotated[
-        float | None,
-        number(
-            limits.PASSAGE_LENGTH.to("mm"),
-            help="The passage's length L; 35 where not given.",
-            rich_help_panel=_RIG,
-        ),
-    ] = None,
-    depth_mm: Annotated[
-        float | None,
-        number(
-            limits.DEPTH.to("mm"),
-            help="The sheet's thickness h; 1.5 where not given.",
-            rich_help_panel=_RIG,
-        ),
-    ] = None,
+    radius_mm: options.RadiusMm = None,
+    exit_width_mm: options.ExitWidthMm = None,
+    passage_length_mm: options.PassageLengthMm = None,
+    depth_mm: options.DepthMm = None,
     centre_mm: Annotated[
         tuple[float, float] | None,
         numbers(
             "The chamber's centre in the table's millimetres; 0 0 where not given.",
-            rich_help_panel=_RIG,
+            rich_help_panel=options.RIG,
             X=_PLACE,
             Y=_PLACE,
         ),
@@ -74,23 +49,23 @@ def analyse(
             limits.ANGLE,
             help="Direction of the exit, counter-clockwise from the table's x axis (with "
             "--circle-px: from the picture's right); 0 where not given.",
-            rich_help_panel=_RIG,
+            rich_help_panel=options.RIG,
         ),
     ] = None,
     y_down: Annotated[
         bool,
         typer.Option(
-            "--y-down", help="The table's y points down, as in pictures.", rich_help_panel=_RIG
+            "--y-down",
+            help="The table's y points down, as in pictures.",
+            rich_help_panel=options.RIG,
         ),
     ] = False,
     circle_px: Annotated[
         tuple[float, float, float] | None,
         numbers(
             "The wall's circle in pixels: take the columns in pixels (head_u_px …).",
-            rich_help_panel=_RIG,
-            U=limits.PLACE_PX,
-            V=limits.PLACE_PX,
-            RADIUS=limits.RADIUS_PX,
+            rich_help_panel=options.RIG,
+            **options.CIRCLE,
         ),
     ] = None,
     contact_factor: options.ContactFactor = None,
@@ -101,7 +76,7 @@ def analyse(
             "--width-mm",
             "--body-width-mm",
             help="The worm's width d_w; the median of the table's width_mm where not given.",
-            rich_help_panel="The analysis",
+            rich_help_panel=options.ANALYSIS,
         ),
     ] = None,
 ) -> None:
@@ -134,7 +109,7 @@ def analyse(
     if y_down:
         told["y_down"] = True
     parameters = AnalysisParameters(
-        **options.analysis_parameters(contact_factor=contact_factor, body_width_mm=width_mm)
+        **options.AnalysisOptions(contact_factor, width_mm).parameters()
     )
     check_apart({"--out": out}, {"the tracks": path})
     check_out(out)

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from worm_bringup.cli import options
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.terminal import Terminal
 from worm_model.evaluation import (
@@ -28,7 +29,7 @@ def evaluate(
         float,
         number(Limit(0.5, 1.0), help="Head certainty that counts as certain."),
     ] = CERTAIN,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Compare tracks with the truth: tips, midline, head or tail, contact, calibration.
 

@@ -6,21 +6,22 @@ from typing import Annotated, Any
 import typer
 
 from worm_bringup.cli import options
+from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar, show_result, show_speed
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.trial import EndedEarly, Incomplete, Trial, run_graph, run_trial
-from worm_msgs_py.ros.watchdog import PATIENCE_S
-from worm_tracker.polarity import Polarity
 from worm_tracker.sources.camera_node import RECONNECT
 from worm_tracker.sources.cameras.camera_address import Kind, kind_of, shown_address
 
 _CAMERA = "The camera"
 
 
+@grouped
 def live(
+    *,
     camera: Annotated[
         str,
         typer.Option(
@@ -51,30 +52,18 @@ def live(
             rich_help_panel=_CAMERA,
         ),
     ] = 600.0,
-    polarity: options.PolarityOption = Polarity.DARK,
-    no_chamber: options.NoChamber = False,
-    radius_mm: options.RadiusMm = None,
-    circle_px: options.CirclePx = None,
-    circle_b_px: options.CircleBPx = None,
-    exit_deg: options.ExitDeg = None,
-    exit_width_mm: options.ExitWidthMm = None,
-    depth_mm: options.DepthMm = None,
-    passage_mm: options.PassageMm = None,
-    px_per_mm: options.PxPerMm = None,
-    contact_factor: options.ContactFactor = None,
-    body_width_mm: options.BodyWidthMm = None,
+    tracker: options.TrackerOptions,
+    analysis: options.AnalysisOptions,
     private: Annotated[
         bool,
         typer.Option(
             "--private",
             help="Hide the graph from other programs; otherwise Foxglove and ros2 topic on this "
             "machine see it (ROS_DOMAIN_ID applies).",
-            rich_help_panel="The graph",
+            rich_help_panel=options.GRAPH,
         ),
     ] = False,
-    network: options.Network = False,
-    watchdog_s: options.WatchdogS = PATIENCE_S,
-    namespace: options.Namespace = "",
+    graph: options.GraphOptions,
 ) -> None:
     """Track and analyse while the camera films; Ctrl-C ends the trial in good order.
 
@@ -84,31 +73,18 @@ def live(
     check_apart({"--out": out, "--record": record}, film)
     if out is not None:
         check_out(out)
-    reach = options.reach(visible=not private, network=network, otherwise="leave out --private")
+    reach = graph.reach(visible=not private, otherwise="leave out --private")
     parameters: dict[str, Any] = {"camera": camera, "reconnect": reconnect_s}
     if record is not None:
         parameters["record"] = str(record)
     trial = Trial(
         source=NodeSpec("worm_tracker.sources.camera_node", "image_source", parameters),
         origin={"camera": shown_address(camera)},
-        tracker=options.tracker_parameters(
-            polarity=polarity,
-            no_chamber=no_chamber,
-            radius_mm=radius_mm,
-            circle_px=circle_px,
-            circle_b_px=circle_b_px,
-            exit_deg=exit_deg,
-            exit_width_mm=exit_width_mm,
-            depth_mm=depth_mm,
-            passage_mm=passage_mm,
-            px_per_mm=px_per_mm,
-        ),
-        analysis=options.analysis_parameters(
-            contact_factor=contact_factor, body_width_mm=body_width_mm, no_chamber=no_chamber
-        ),
-        namespace=namespace,
+        tracker=tracker.parameters(),
+        analysis=analysis.parameters(no_chamber=tracker.no_chamber),
+        namespace=graph.namespace,
     )
-    how: dict[str, Any] = {"reach": reach, "patience_s": watchdog_s}
+    how: dict[str, Any] = {"reach": reach, "patience_s": graph.watchdog_s}
     with progress_bar("live") as progress:
         if out is not None:
             result, report = run_trial(trial, out, progress, live=True, **how)

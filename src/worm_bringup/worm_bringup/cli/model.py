@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from worm_bringup.cli import options
 from worm_bringup.cli.model_compare import compare
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.terminal import Terminal, say
@@ -96,7 +97,7 @@ def solve(
         list[float] | None,
         number(AT, help="Time of the survival function; may be given several times."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Solve one walk exactly: mean and sd of τ_h, skips, survival, t_per.
 

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from worm_analysis.report.numbers import interval, value
+from worm_bringup.cli import options
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.terminal import Terminal
 from worm_bringup.cli.usage import option_name
@@ -59,7 +60,7 @@ def compare(
         Path | None,
         typer.Option(help="Draw the joint question of the last table: .svg, .png or .pdf."),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    as_json: options.AsJson = False,
 ) -> None:
     """Hold trials against the exact walk, and ask which observations one walk can hold together.
 

@@ -9,6 +9,7 @@ import typer
 
 from worm_bringup.checkpoints import CheckpointFolder, Checkpoints, progress_of
 from worm_bringup.cli import options
+from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar, show_result
 from worm_bringup.graph.node_spec import NodeSpec
@@ -17,8 +18,6 @@ from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.provenance import bag_hash
 from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.errors import BadInput, TrackerError
-from worm_msgs_py.ros.watchdog import PATIENCE_S
-from worm_tracker.polarity import Polarity
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS
@@ -27,7 +26,9 @@ from worm_tracker.sources.playback import PLAYBACK, RATE, START_OFFSET
 _PLAYER = "The player (as in ros2 bag play)"
 
 
+@grouped
 def replay(
+    *,
     bag: Annotated[Path, typer.Argument(help="A rosbag2 directory, an .mcap or a .db3 file.")],
     out: options.Out,
     topic: Annotated[
@@ -63,18 +64,8 @@ def replay(
             rich_help_panel=_PLAYER,
         ),
     ] = False,
-    polarity: options.PolarityOption = Polarity.DARK,
-    no_chamber: options.NoChamber = False,
-    radius_mm: options.RadiusMm = None,
-    circle_px: options.CirclePx = None,
-    circle_b_px: options.CircleBPx = None,
-    exit_deg: options.ExitDeg = None,
-    exit_width_mm: options.ExitWidthMm = None,
-    depth_mm: options.DepthMm = None,
-    passage_mm: options.PassageMm = None,
-    px_per_mm: options.PxPerMm = None,
-    contact_factor: options.ContactFactor = None,
-    body_width_mm: options.BodyWidthMm = None,
+    tracker: options.TrackerOptions,
+    analysis: options.AnalysisOptions,
     resume: Annotated[
         bool,
         typer.Option(
@@ -89,18 +80,16 @@ def replay(
             "--visible",
             help="Let other programs on this machine see the graph (ROS_DOMAIN_ID applies); "
             "otherwise it keeps to itself.",
-            rich_help_panel="The graph",
+            rich_help_panel=options.GRAPH,
         ),
     ] = False,
-    network: options.Network = False,
-    watchdog_s: options.WatchdogS = PATIENCE_S,
-    namespace: options.Namespace = "",
+    graph: options.GraphOptions,
     salvage: Annotated[
         bool,
         typer.Option(
             "--salvage",
             help="Go over what is damaged in the bag, and say what was lost.",
-            rich_help_panel="Damaged bags",
+            rich_help_panel=options.DAMAGE,
         ),
     ] = False,
     max_chunk_mib: options.MaxChunkMib = MAX_CHUNK_MIB,
@@ -124,7 +113,7 @@ def replay(
         raise BadInput(
             "--processes keeps to a ROS domain of its own: leave out --visible, or --processes"
         )
-    reach = options.reach(visible=visible, network=network, otherwise="add --visible")
+    reach = graph.reach(visible=visible, otherwise="add --visible")
     player: dict[str, Any] = {
         "bag": str(bag),
         "topic": topic,
@@ -158,23 +147,9 @@ def replay(
             "playback_duration_s": playback_duration,
         }
         | ({"salvaged": "what is damaged was passed over"} if salvage else {}),
-        tracker=options.tracker_parameters(
-            polarity=polarity,
-            no_chamber=no_chamber,
-            radius_mm=radius_mm,
-            circle_px=circle_px,
-            circle_b_px=circle_b_px,
-            exit_deg=exit_deg,
-            exit_width_mm=exit_width_mm,
-            depth_mm=depth_mm,
-            passage_mm=passage_mm,
-            px_per_mm=px_per_mm,
-        )
-        | {"max_megapixels": max_megapixels},
-        analysis=options.analysis_parameters(
-            contact_factor=contact_factor, body_width_mm=body_width_mm, no_chamber=no_chamber
-        ),
-        namespace=namespace,
+        tracker=tracker.parameters() | {"max_megapixels": max_megapixels},
+        analysis=analysis.parameters(no_chamber=tracker.no_chamber),
+        namespace=graph.namespace,
     )
     checkpoints = None
     if not (processes or loop):
@@ -189,7 +164,7 @@ def replay(
                 processes=processes,
                 reach=reach,
                 checkpoints=checkpoints,
-                patience_s=watchdog_s,
+                patience_s=graph.watchdog_s,
             )
     except Incomplete as error:
         if checkpoints is not None and checkpoints.saved is not None:
