@@ -11,7 +11,7 @@ from worm_analysis.analysis import Analysis
 from worm_analysis.parameters import AnalysisParameters
 from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.trial_model import TrialModel
-from worm_model.model_node import ANALYSIS, DESCRIPTIONS, HEARD, ModelNode
+from worm_model.model_node import ANALYSIS_NODE, DESCRIPTIONS, HEARD, ModelNode
 from worm_msgs_py import Observables, Quantity, convert, topics
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import read_announcement
@@ -89,7 +89,9 @@ class Surroundings(Node):
 
     def send_end(self, sent=SENT):
         values = [KeyValue(key=topic, value=str(count)) for topic, count in sent.items()]
-        self._finished.publish(DiagnosticStatus(name=ANALYSIS, message="finished", values=values))
+        self._finished.publish(
+            DiagnosticStatus(name=ANALYSIS_NODE, message="finished", values=values)
+        )
 
     def content(self):
         return {topic: [repr(msg) for msg in got] for topic, got in self.got.items()}

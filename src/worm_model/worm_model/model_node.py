@@ -20,7 +20,7 @@ from worm_msgs_py.ros.stream_end import StreamEnd
 from worm_msgs_py.ros.worm_node import WormNode
 
 NAME = "model"
-ANALYSIS = "analysis"
+ANALYSIS_NODE = "analysis"
 HEARD = (topics.ANALYSIS_STATE, topics.ANALYSIS_EVENTS, topics.ANALYSIS_SUMMARY)
 DESCRIPTIONS = {
     "rule": "what a reversal counts: per_cycle, per_phase or rate",
@@ -66,7 +66,7 @@ class ModelNode(WormNode):
         self._events: deque[tuple[Event, ...]] = deque()
         self._summaries: deque[tuple[tuple[Quantity, ...], int]] = deque()
         self._taken = dict.fromkeys(HEARD, 0)
-        self._end = StreamEnd(self._finish, self._has_all, announcers=(ANALYSIS,))
+        self._end = StreamEnd(self._finish, self._has_all, announcers=(ANALYSIS_NODE,))
         ledger = self._ledger = Ledger(self)
         self._forecast, self._comparison, self._correlation = (
             ledger.publisher(RESULTS[topic][0], topic, RESULTS[topic][1])
@@ -139,12 +139,12 @@ class ModelNode(WormNode):
     @property
     def _announced(self) -> dict[str, int] | None:
         """How many messages the analysis has sent on each topic, once it has said so."""
-        said = self._end.announced.get(ANALYSIS)
+        said = self._end.announced.get(ANALYSIS_NODE)
         return None if said is None else said.sent
 
     def _on_announcement(self, msg: DiagnosticStatus) -> None:
         said = read_announcement(msg)
-        if said.name != ANALYSIS:
+        if said.name != ANALYSIS_NODE:
             return
         if not said.sent.keys() >= set(HEARD):
             raise MalformedMessage("the analysis announces all that it sent")

@@ -109,7 +109,7 @@ PLACE_PX = Limit(-1e5, 1e5, "px")
 RADIUS_PX = Limit(8.0, 5e3, "px")
 CONTACT_FACTOR = Limit(0.01, 10.0)
 """R - r_h in units of the worm's width: the paper's 0.3."""
-FPS = Limit(1e-4, 1e5, "frames/s")
+FRAME_RATE = Limit(1e-4, 1e5, "frames/s")
 """From a picture in three hours to a high-speed camera."""
 JPEG_QUALITY = Limit(1, 100)
 SEED = Limit(0, 2**32 - 1)

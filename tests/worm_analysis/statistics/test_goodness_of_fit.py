@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_analysis.statistics.goodness_of_fit import exponential_p, grouped, p_of_statistic
+from worm_analysis.statistics.goodness_of_fit import exponential_p, merged_bins, p_of_statistic
 
 NS = 10**9
 
@@ -40,6 +40,6 @@ def test_another_law_is_refused():
 
 @given(st.lists(st.integers(0, 20), min_size=1, max_size=40), st.integers(1, 9))
 def test_grouping_loses_no_item(counts, per_group):
-    groups = grouped(np.array(counts), per_group)
+    groups = merged_bins(np.array(counts), per_group)
     assert groups.sum() == sum(counts)
     assert groups[0] == sum(counts[:per_group])

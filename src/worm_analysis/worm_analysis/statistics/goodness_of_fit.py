@@ -59,7 +59,7 @@ def p_of_statistic(statistic: float) -> float:
     return 1 - exp(-12.2204 + 67.459 * a - 110.3 * a * a)
 
 
-def grouped(counts: Integers, per_group: int) -> Integers:
+def merged_bins(counts: Integers, per_group: int) -> Integers:
     """Return the counts of so many bins together; the last group has no end.
 
     Parameters

@@ -15,7 +15,7 @@ from worm_analysis.accumulators.bins import ANGLE_EDGES, DEPTH_BIN_M, RADIUS_EDG
 from worm_analysis.accumulators.body_size import histogram_median
 from worm_analysis.kinematics.observables import wrap_angle
 from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
-from worm_analysis.statistics.goodness_of_fit import exponential_p, grouped
+from worm_analysis.statistics.goodness_of_fit import exponential_p, merged_bins
 from worm_analysis.statistics.histograms import bin_centres, peak_positions
 from worm_analysis.statistics.penetration_law import Penetration, fit_penetration
 from worm_analysis.statistics.sample_correlation import pearson
@@ -232,7 +232,7 @@ def exponential_fit(name: str, bin_width: float) -> Estimator:
             coarse = pixel_m(sums)
         per_group = max(1, round(coarse / bin_width))
         mean_excess = excess / whole.sum()
-        p = exponential_p(grouped(whole, per_group), per_group * bin_width, float(mean_excess))
+        p = exponential_p(merged_bins(whole, per_group), per_group * bin_width, float(mean_excess))
         return p, nan, nan
 
     return estimate

@@ -11,7 +11,7 @@ from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.terminal import say
 from worm_bringup.outputs.output_rules import check_apart
-from worm_msgs_py.limits import FPS, JPEG_QUALITY
+from worm_msgs_py.limits import FRAME_RATE, JPEG_QUALITY
 from worm_msgs_py.text import printable
 from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.video_import import import_film, open_film
@@ -24,7 +24,7 @@ def import_(
     out: Annotated[Path, typer.Option(help="The bag to make.")],
     fps: Annotated[
         float | None,
-        number(FPS, help="Pictures a second; a video's own times are kept where not given."),
+        number(FRAME_RATE, help="Pictures a second; a video's own times are kept where not given."),
     ] = None,
     start: Annotated[
         datetime | None,
