@@ -5,14 +5,14 @@ from picture_bags import TYPESTORE
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from worm_msgs_py import convert, topics
+from worm_msgs_py import SourceEventKind, convert, topics
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_tracker.sources.replay_node import ReplayNode
 from worm_tracker.tracker_node import TrackerNode
 
 
 class Played:
-    """States and events of one run."""
+    """States of one run, and what it told of its pictures; not that noise has no poses."""
 
     def __init__(self, run_graph, context, bag, **source):
         overrides = {"bag": str(bag), **source}
@@ -32,6 +32,7 @@ class Played:
             kind, qos = RESULTS[topic]
             ears.create_subscription(kind, topic, take, qos)
         run_graph(self.replay, tracker, ears)
+        self.events = [e for e in self.events if e.kind is not SourceEventKind.WHAT_TO_TRY]
 
     @property
     def bad_frames(self):

@@ -37,6 +37,10 @@ class EndedEarly(RuntimeError):  # noqa: N818
     """The source ended before its time; the results are whole up to there, and kept."""
 
 
+class WithoutPose(RuntimeError):  # noqa: N818
+    """Not one frame has a pose; the results, which say why, are kept."""
+
+
 @dataclass(frozen=True)
 class Trial:
     """What is to be run.

@@ -11,7 +11,9 @@ from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.contract.status import Status
 from worm_msgs_py.errors import NoChamberFound
 from worm_tracker.calibration.rig_monitor import GeometryChange, RigMonitor, RigMonitorSettings
+from worm_tracker.detection.detection import Detection
 from worm_tracker.detection.detector import Detector, DetectorSettings
+from worm_tracker.failure_advice import FailureAdvice
 from worm_tracker.follower import Follower, FollowerSettings
 from worm_tracker.frame_queue import FrameQueue
 from worm_tracker.frame_state import PendingFrame
@@ -80,6 +82,7 @@ class Tracker:
         self._track = WormTrack()
         head_tail = HeadTail(self._track, settings.head_tail)
         self._queue = FrameQueue(head_tail, parameters.hold_back_frames, parameters.px_per_mm)
+        self._advice = FailureAdvice(parameters)
         self.changes: list[GeometryChange] = []
         self._not_found: list[NoChamberFound] = []
         self._frames = 0
@@ -99,6 +102,11 @@ class Tracker:
     def statuses(self) -> Counter[Status]:
         """Frames given so far, by status."""
         return self._queue.statuses
+
+    @property
+    def advice(self) -> str:
+        """What to try where most frames given so far have failed for one reason; else empty."""
+        return self._advice.sentence(self.statuses)
 
     @property
     def swaps(self) -> int:
@@ -176,7 +184,7 @@ class Tracker:
         if stages is None:
             return self._begin(picture, stamp_ns)
         if not self._is_informative(picture):
-            return Observation(Status.BAD_IMAGE)
+            return self._shows_nothing(picture)
         change = stages.rig.check(picture, stamp_ns, self._track.contour)
         if change is not None:
             self._adopt(change, picture, stages)
@@ -186,10 +194,16 @@ class Tracker:
         """Detect the worm, find its midline, and let the background follow."""
         detection = stages.detector.detect(picture, self._track.prior)
         observation = stages.follower.push(detection)
+        blob = detection.blob if isinstance(detection, Detection) else None
+        self._advice.see(picture, stages.detector.arena, observation.status, blob)
         if observation.status is not Status.BAD_IMAGE:
             all_worm = stages.follower.all_of_worm(observation)
             stages.detector.update_background(picture, detection, self._track.prior, all_worm)
         return observation
+
+    def _shows_nothing(self, picture: Picture) -> Observation:
+        self._advice.see(picture, None, Status.BAD_IMAGE, None)
+        return Observation(Status.BAD_IMAGE)
 
     def _adopt(self, change: GeometryChange, picture: Picture, stages: _Stages) -> None:
         """Take a new geometry, and all that is remembered along with it."""
@@ -203,7 +217,7 @@ class Tracker:
         """Calibrate on one of the first pictures and start to follow the worm."""
         informative, settings = self._is_informative(picture), self._settings
         if self._parameters.no_chamber and not informative:
-            return Observation(Status.BAD_IMAGE)
+            return self._shows_nothing(picture)
         try:
             rig = RigMonitor(picture, self._parameters, stamp_ns, settings.rig)
         except NoChamberFound as error:

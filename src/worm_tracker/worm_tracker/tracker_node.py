@@ -11,7 +11,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
 from std_srvs.srv import Trigger
 
-from worm_msgs_py import SourceEvent, convert, topics
+from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.convert.stamp import header
@@ -178,6 +178,12 @@ class TrackerNode(WormNode):
         self._end.finish_if_whole()
         self._report()
 
+    def _tell_what_to_try(self) -> None:
+        """Tell on `source/events` what to try where most frames have failed for one reason."""
+        advice, kind = self._tracker.advice, SourceEventKind.WHAT_TO_TRY
+        if advice:
+            self._tell_events([SourceEvent(kind, self._end.taken, self._last_ns, advice)])
+
     def _tell_events(self, events: list[SourceEvent]) -> None:
         for event in events:
             self._out[topics.SOURCE_EVENTS].publish(
@@ -239,6 +245,7 @@ class TrackerNode(WormNode):
     def _finish(self) -> None:
         self._publish(self._tracker.finish())
         self._tell_events(self._pictures.end())
+        self._tell_what_to_try()
         self._report(ended=True)
         self._ledger.announce()
 

@@ -55,6 +55,12 @@ class TrialRecord:
         early = (e.why for e in self.source_events if e.kind is SourceEventKind.ENDED_EARLY)
         return next(early, "")
 
+    @property
+    def what_to_try(self) -> str:
+        """What to do where most frames gave no pose for one reason; empty where they did."""
+        told = (e.why for e in self.source_events if e.kind is SourceEventKind.WHAT_TO_TRY)
+        return next(told, "")
+
     def take_geometry(self, geometry: Geometry) -> None:
         """Take a version of the rig; the frames before its stamp rest on the one before it."""
         if self.geometry is not None:
@@ -78,6 +84,7 @@ def build_summary(trial: TrialRecord, provenance: Mapping[str, Any]) -> dict[str
         "provenance": dict(provenance),
         "source_events": [asdict(event) for event in _in_order(trial.source_events)],
         "ignored_messages": trial.ignored_messages,
+        "what_to_try": trial.what_to_try or None,
         "complete": not trial.why_not_whole,
     }
     if trial.why_not_whole:

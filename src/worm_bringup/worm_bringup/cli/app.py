@@ -18,7 +18,7 @@ from worm_bringup.cli.report import report
 from worm_bringup.cli.simulate import simulate
 from worm_bringup.cli.usage import UsageFault, usage_line
 from worm_bringup.outputs.results_directory import Kept
-from worm_bringup.trial import EndedEarly, Incomplete
+from worm_bringup.trial import EndedEarly, Incomplete, WithoutPose
 from worm_msgs_py.errors import BadInput, NodeFailed, ReportError
 from worm_msgs_py.ros.running import interrupted_by_signals
 from worm_msgs_py.text import printable
@@ -44,9 +44,9 @@ app.add_typer(model)
 def main() -> None:
     """Run the command.
 
-    Exit status: 0 the result is complete; 1 it is not: nothing was written, or the last line
-    on stderr names where it is kept; 2 bad input, one line on stderr says what and what to do; 130
-    interrupted.
+    Exit status: 0 the result is complete; 1 it is not, or not one frame has a pose: nothing was
+    written, or the last line on stderr names where it is kept; 2 bad input, one line on stderr says
+    what and what to do; 130 interrupted.
     """
     with outliving_the_terminal(), interrupted_by_signals():
         _run()
@@ -70,6 +70,9 @@ def _run() -> None:
         sys.exit(INCOMPLETE)
     except EndedEarly as error:
         print(f"worm: ended before its time: {printable(error)}", file=sys.stderr)
+        sys.exit(INCOMPLETE)
+    except WithoutPose as error:
+        print(f"worm: {printable(error)}", file=sys.stderr)
         sys.exit(INCOMPLETE)
     except OSError as error:
         if error.filename is None:

@@ -8,7 +8,7 @@ import typer
 from worm_bringup.cli import options
 from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.numbers import number
-from worm_bringup.cli.progress import progress_bar, show_result, show_speed
+from worm_bringup.cli.progress import progress_bar, refuse_without_pose, show_result, show_speed
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
@@ -99,3 +99,5 @@ def live(
     if result.ended_early:
         kept = f"; the results up to there are in {out}" if out is not None else ""
         raise EndedEarly(result.ended_early + kept)
+    if report is not None:
+        refuse_without_pose(report)

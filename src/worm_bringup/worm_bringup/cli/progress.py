@@ -22,6 +22,8 @@ from rich.text import Text
 from worm_bringup.cli.terminal import Terminal
 from worm_bringup.graph.in_process import Progress as Report
 from worm_bringup.graph.in_process import RunResult
+from worm_bringup.trial import WithoutPose
+from worm_msgs_py import Status
 from worm_msgs_py.contract.source_events import in_words, read_source_events
 from worm_msgs_py.text import printable
 
@@ -37,6 +39,7 @@ _QUANTITIES_SHOWN = (
     "t_per",
     "tau_h",
 )
+_POSES = [status.label for status in Status if status.has_pose]
 
 
 class _Speed(ProgressColumn):
@@ -98,6 +101,19 @@ def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None
         unknown = ", ".join(name for name in shown if name not in known)
         console.print(f"No value, for reasons given in the report: {unknown}", soft_wrap=True)
     console.print(f"Report: {report}", soft_wrap=True, highlight=False)
+
+
+def refuse_without_pose(report: Path) -> None:
+    """Raise `WithoutPose` where not one frame of the results has a pose."""
+    summary = json.loads((report.parent / "summary.json").read_text(encoding="utf-8"))
+    frames = summary["frames"]
+    poses = (count for name, count in frames.items() if name in _POSES)
+    if not sum(poses):
+        why = (summary["what_to_try"] or "").partition(": ")[2] or "for several reasons"
+        raise WithoutPose(
+            f"not one of {frames['read']} frames has a pose: {why}; "
+            f"the results are in {report.parent}"
+        )
 
 
 def show_speed(result: RunResult) -> None:

@@ -11,7 +11,7 @@ from worm_bringup.checkpoints import CheckpointFolder, Checkpoints, progress_of
 from worm_bringup.cli import options
 from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.numbers import number
-from worm_bringup.cli.progress import progress_bar, show_result
+from worm_bringup.cli.progress import progress_bar, refuse_without_pose, show_result
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
@@ -173,6 +173,7 @@ def replay(
     except TrackerError as error:  # knows the pictures, not where they come from
         raise BadInput(f"{bag}: {error}") from None
     show_result(result, report)
+    refuse_without_pose(report)
 
 
 def _say(line: str) -> None:

@@ -1,4 +1,4 @@
-"""What happened to the pictures before they reached the tracker: outages, damage, an early end."""
+"""What happened to a trial's pictures: outages, damage, an early end, why they gave no poses."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -21,6 +21,8 @@ class SourceEventKind(StrEnum):
     """Pictures are no longer recorded (a full disk); tracking goes on."""
     ENDED_EARLY = "ended_early"
     """The source ended before its time: the trial is not whole."""
+    WHAT_TO_TRY = "what_to_try"
+    """Most frames gave no pose for one reason, or poses of what is no worm: what to do about it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,4 +96,6 @@ def _line(kind: SourceEventKind, events: list[SourceEvent]) -> str:
         return f"{count or 'some'} messages cannot be used: {first}"
     if kind is SourceEventKind.RECORD_STOPPED:
         return f"the record is not whole: {first}"
+    if kind is SourceEventKind.WHAT_TO_TRY:
+        return first
     return f"ended before its time: {first}"

@@ -104,6 +104,11 @@ class Detector:
         self._background = Background(picture, empty, worm, water, settings.background)
         self._frames_of_all_worm = 0
 
+    @property
+    def arena(self) -> Picture:
+        """Where a worm can be; not zero there."""
+        return self._arena
+
     def transform(self, picture: Picture, geometry: Geometry, motion: Floats | None) -> None:
         """Take a new geometry, before the picture that it holds from is looked at.
 
