@@ -3,12 +3,15 @@
 Nothing is shared with `worm_analysis`: every definition of docs/science.md is written out again.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from worm_msgs_py import Where
 
 R = 0.01
 GAP_NS = 500_000_000
+BRIDGE_NS = 10_000_000_000
 WINDOW_NS = 1_000_000_000
 FACTOR = 0.3
 CERTAIN = 0.9
@@ -52,8 +55,8 @@ class Offline:
     def _find_stretches(self, in_passage):
         """Number the visits, and the unbroken stretches within them."""
         n = len(self.valid)
-        self.visit, self.stretch = np.full(n, -1), np.full(n, -1)
-        visit, stretch, last = -1, -1, None
+        self.visit, self.stretch, self.search = (np.full(n, -1) for _ in range(3))
+        visit, stretch, search, last = -1, -1, -1, None
         for row in range(n):
             if not self.valid[row]:
                 continue
@@ -63,9 +66,11 @@ class Offline:
                 or in_passage[last:row].any()
             )
             visit += new_visit
-            if new_visit or self.track.stamp_ns[row] - self.track.stamp_ns[last] > GAP_NS:
-                stretch += 1
-            self.visit[row], self.stretch[row], last = visit, stretch, row
+            gap_ns = 0 if new_visit else self.track.stamp_ns[row] - self.track.stamp_ns[last]
+            stretch += new_visit or gap_ns > GAP_NS
+            search += new_visit or gap_ns > BRIDGE_NS
+            self.visit[row], self.stretch[row], self.search[row] = visit, stretch, search
+            last = row
 
     def stretches(self):
         return [np.flatnonzero(self.stretch == k) for k in range(self.stretch.max() + 1)]
@@ -211,6 +216,18 @@ class Offline:
                 found.append(((R * self.theta_dot[rows[own]]).mean(), s))
         return np.array(found).reshape(-1, 2)
 
+    def bridges(self):
+        """Pairs of rows with a direction on either side of a gap over which it is followed."""
+        known = np.flatnonzero(np.isfinite(self.theta_dot))
+        return [
+            (a, b)
+            for a, b in pairwise(known.tolist())
+            if self.stretch[a] != self.stretch[b]
+            and self.search[a] == self.search[b]
+            and self.track.stamp_ns[b] - self.track.stamp_ns[a] <= BRIDGE_NS + WINDOW_NS
+            and self.theta_dot[a] * self.theta_dot[b] != 0
+        ]
+
     def turns(self):
         """Times that the direction turned, and the time with a direction."""
         turns, directed_s, last = 0, 0.0, 0.0
@@ -226,15 +243,37 @@ class Offline:
                 last = sign
         return turns, directed_s
 
+    def gaps(self):
+        """Gaps over which the direction is followed, those after which it is another, and s."""
+        found = self.bridges()
+        turned = sum(self.theta_dot[a] * self.theta_dot[b] < 0 for a, b in found)
+        return (
+            len(found),
+            turned,
+            sum(np.diff(self.track.stamp_ns[[a, b]])[0] for a, b in found) / 1e9,
+        )
+
     def correlation(self, lag_cells, step_ns):
-        """C_θ and its pairs over all pairs of cells of one stretch, the plain double sum."""
+        """C_θ and its pairs over all pairs of cells of one search, the plain double sum."""
         known = np.flatnonzero(np.isfinite(self.theta_dot))
         if not len(known):
             return np.full(len(lag_cells), np.nan), np.zeros(len(lag_cells), dtype=int)
-        cells = (self.track.stamp_ns[known] - self.track.stamp_ns[known[0]]) // step_ns
-        cells, first = np.unique(cells, return_index=True)
+        stamps = self.track.stamp_ns - self.track.stamp_ns[known[0]]
+        cells, first = np.unique(stamps[known] // step_ns, return_index=True)
         sign = np.sign(self.theta_dot[known[first]])
-        stretch = self.stretch[known[first]]
+        joined = dict(self.bridges())
+        breaks = [
+            self.stretch[a] != self.stretch[b] and a not in joined
+            for a, b in pairwise(known.tolist())
+        ]
+        stretch = np.concatenate([[0], np.cumsum(breaks)])[first]
+        for a, b in joined.items():  # the gap's cells, a reversal in its middle
+            empty = np.arange(stamps[a] // step_ns + 1, stamps[b] // step_ns)
+            early = empty * step_ns < (stamps[a] + stamps[b] - step_ns) // 2
+            cells = np.concatenate([cells, empty])
+            sign = np.concatenate([sign, np.sign(self.theta_dot[np.where(early, a, b)])])
+            here = stretch[np.flatnonzero(known[first] <= a)[-1]]
+            stretch = np.concatenate([stretch, np.full(len(empty), here)])
         apart = cells[:, None] - cells[None, :]
         product = sign[:, None] * sign[None, :]
         together = stretch[:, None] == stretch[None, :]

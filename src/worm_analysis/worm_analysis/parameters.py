@@ -17,6 +17,7 @@ ANALYSIS_LIMITS = {
     "min_head_certainty": Limit(0.5, 1.0),
     "incidence_window_s": _SPAN,
     "max_gap_s": _SPAN,
+    "max_bridged_s": _SPAN,
     "max_lag_s": _SPAN,
     "fine_lag_s": _SPAN,
     "fine_step_s": _SPAN,
@@ -56,7 +57,12 @@ class AnalysisParameters:
     incidence_window_s : float
         The head's displacement over this time before a contact gives θ_h^i; one frame at least.
     max_gap_s : float
-        A longer time without a head ends episodes and pairs of C_θ; a shorter one is bridged.
+        A longer time without a head ends episodes and the angular speed; over a shorter one both
+        go on.
+    max_bridged_s : float
+        Over a time without a head up to this, a fold of the body, the direction along the wall is
+        followed: a reversal counts where θ̇_h has another sign after it than before. The body
+        takes 10 s to pass a turn (20 mm at 2 mm/s).
     max_lag_s, fine_lag_s : float
         C_θ(t) is computed up to `max_lag_s`: in steps of `fine_step_s` up to `fine_lag_s`, in steps
         of `coarse_step_s` beyond.
@@ -85,6 +91,7 @@ class AnalysisParameters:
     min_head_certainty: float = 0.9
     incidence_window_s: float = 0.1
     max_gap_s: float = 0.5
+    max_bridged_s: float = 10.0
     max_lag_s: float = 120.0
     fine_lag_s: float = 10.0
     fine_step_s: float = 0.1

@@ -106,6 +106,7 @@ def test_what_goes_with_the_speed_equals_the_plain_computation(seed):
         assert pearson_of("theta_dot_incidence")(sums)[0] == pytest.approx(r, abs=1e-9)
     turns, directed_s = offline.turns()
     assert sums.total("reversal_rate") == pytest.approx([directed_s, turns], abs=1e-9)
+    assert sums.total("reversal_rate_gaps") == pytest.approx(offline.gaps(), abs=1e-9)
     v = R * offline.theta_dot[np.isfinite(offline.theta_dot)]
     assert sums.total("v_b")[1] == pytest.approx(np.abs(v).sum(), abs=1e-9)
     assert sums.total("v_b_mean")[1] == pytest.approx(v.sum(), abs=1e-9)

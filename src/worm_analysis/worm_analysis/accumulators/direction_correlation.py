@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from worm_analysis.accumulators.direction_bridges import DirectionBridge
 from worm_analysis.statistics.block_jackknife import BlockSums
 from worm_msgs_py.arrays import Floats, Integers
 from worm_msgs_py.units import NS_PER_S
@@ -25,8 +26,9 @@ class SignCorrelation:
     """Autocorrelation of a sign over time, one pass, in memory that does not grow.
 
     Time since the first frame is cut into cells of one fine step; the first frame with a direction
-    stands for its cell. Pairs of cells are made within an unbroken stretch of one visit only: the
-    past cells are forgotten at every break. Sums are kept by blocks of time for the error.
+    stands for its cell. Pairs of cells are made within one visit only, over gaps that are bridged
+    but over no others: the past cells are forgotten at every break. Sums are kept by blocks of time
+    for the error.
 
     Parameters
     ----------
@@ -74,6 +76,19 @@ class SignCorrelation:
         for part in np.split(np.arange(len(cells)), cuts):
             if len(part):
                 self._add_cells(cells[part], stamps_ns[part], signs[part])
+
+    def bridge(self, gap: DirectionBridge) -> None:
+        """Fill the cells of a gap whose sides are known; a reversal is put into its middle."""
+        if self._start_ns is None:
+            return
+        last = (gap.end_ns - self._start_ns) // self._step_ns
+        cells = np.arange(self._cell + 1, last, dtype=np.int64)
+        stamps_ns = self._start_ns + cells * self._step_ns
+        middle_ns = (gap.start_ns + gap.end_ns - self._step_ns) // 2
+        signs = np.where(stamps_ns < middle_ns, gap.before, gap.after)
+        for start in range(0, len(cells), CELLS_AT_ONCE):
+            part = slice(start, start + CELLS_AT_ONCE)
+            self._add_cells(cells[part], stamps_ns[part], signs[part])
 
     def break_off(self) -> None:
         """Say that what follows is not connected: a gap, or another visit."""

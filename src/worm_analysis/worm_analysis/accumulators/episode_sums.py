@@ -1,8 +1,11 @@
 """What every closed episode at the wall adds to: lengths of slides and hops, and reversals."""
 
+from math import nan
+
 import numpy as np
 
 from worm_analysis.accumulators.bins import BLOCK_BINS, LENGTH_BIN_M, LENGTH_BINS
+from worm_analysis.accumulators.cycle_directions import CycleDirections
 from worm_analysis.events.contacts import ClosedEpisode
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
 from worm_msgs_py import Distribution, EpisodeKind
@@ -70,9 +73,8 @@ class EpisodeSums:
         Δr_h in m, complete or censored as the lengths.
     by_time : dict of str to ExcessBlocks
         The same three by blocks of time, for intervals that allow for a worm that changes.
-    cycles, reversals : int
-        Pairs of successive cycles (one contact and the excursion after it) in an unbroken track,
-        and how many of them differ in direction.
+    directions : CycleDirections
+        Reversals from cycle to cycle.
     """
 
     def __init__(self, radius_m: float) -> None:
@@ -81,13 +83,10 @@ class EpisodeSums:
         self.by_time = {
             name: ExcessBlocks(LENGTH_BIN_M, BLOCK_BINS) for name in ("d_c", "d_nc", "delta_r_h")
         }
-        self.cycles = 0
-        self.reversals = 0
-        self._slide_rad: float | None = None
-        self._last_direction = 0
+        self.directions = CycleDirections()
 
-    def push(self, closed: ClosedEpisode) -> None:
-        """Add an episode."""
+    def push(self, closed: ClosedEpisode, gap_s: float = nan) -> None:
+        """Add an episode; `gap_s` is the length of a gap that cuts it and is bridged."""
         episode = closed.episode
         in_contact = episode.kind is EpisodeKind.CONTACT
         self.lengths.push(
@@ -105,10 +104,7 @@ class EpisodeSums:
                 self.by_time["delta_r_h"].push(
                     episode.start_ns, episode.delta_r_m, complete=episode.complete
                 )
-        if episode.complete:
-            self._add_to_cycle(closed.turn_rad, in_contact=in_contact)
-        if closed.cut:
-            self._slide_rad, self._last_direction = None, 0
+        self.directions.push(closed, gap_s)
 
     def sums(self, limit_m: float, depth_limit_m: float) -> dict[str, Floats]:
         """Return the sums of the episodes above two limits of resolution.
@@ -120,7 +116,7 @@ class EpisodeSums:
         depth_limit_m : float
             Of Δr_h.
         """
-        found = {"reversal_per_cycle": np.array([[self.cycles, self.reversals]], dtype=np.float64)}
+        found = self.directions.sums()
         for name, lengths, limit in (
             ("d_c", self.lengths.d_c, limit_m),
             ("d_nc", self.lengths.d_nc, limit_m),
@@ -130,17 +126,6 @@ class EpisodeSums:
             found[name] = lengths.row(limit) if by_time is None else by_time
             found[f"{name}_excess"] = lengths.excess_histogram(limit)
         return found | self.lengths.steps()
-
-    def _add_to_cycle(self, turn_rad: float, *, in_contact: bool) -> None:
-        if in_contact:
-            self._slide_rad = turn_rad
-        elif self._slide_rad is not None:
-            cycle_rad = self._slide_rad + turn_rad
-            direction = (cycle_rad > 0) - (cycle_rad < 0)
-            if self._last_direction and direction:
-                self.cycles += 1
-                self.reversals += direction != self._last_direction
-            self._slide_rad, self._last_direction = None, direction
 
     def distributions(self) -> list[Distribution]:
         """Return the complete episodes' d_c, d_nc and Δr_h in bins for people."""

@@ -19,6 +19,9 @@ class Frames:
         Number of the unbroken stretch: it grows at every gap and with every visit.
     approach : ndarray of int64
         Number of the unbroken stretch at the wall: it also grows where the head enters the exit.
+    search : ndarray of int64
+        Number of the stretch in which the direction is followed, over gaps that are bridged: it
+        grows with every visit, at gaps that are too long, and where the head enters the exit.
     interval_s : ndarray
         Time since the frame before, 0 after a break.
     r_h_m, r_c_m, r_t_m, theta_h_rad, theta_dot_rad_s, psi_b_rad, psi_h_rad : ndarray
@@ -32,6 +35,7 @@ class Frames:
     stamp_ns: Integers
     stretch: Integers
     approach: Integers
+    search: Integers
     interval_s: Floats
     r_h_m: Floats
     r_c_m: Floats
@@ -63,13 +67,13 @@ class FrameRows:
     MOST = 1024
 
     def __init__(self) -> None:
-        self._whole: list[tuple[int, int, int]] = []
+        self._whole: list[tuple[int, int, int, int]] = []
         self._real: list[tuple[float, ...]] = []
 
     def __len__(self) -> int:
         return len(self._whole)
 
-    def push(self, whole: tuple[int, int, int], real: tuple[float, ...]) -> bool:
+    def push(self, whole: tuple[int, int, int, int], real: tuple[float, ...]) -> bool:
         """Take a frame's columns in the order of `Frames`; return whether there are enough."""
         self._whole.append(whole)
         self._real.append(real)

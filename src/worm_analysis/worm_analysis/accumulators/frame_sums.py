@@ -1,5 +1,6 @@
 """What every frame adds to: histograms of r and ψ, and the sums behind v_w, v_b and contact."""
 
+from collections.abc import Sequence
 from math import pi
 
 import numpy as np
@@ -12,10 +13,12 @@ from worm_analysis.accumulators.bins import (
     RADIUS_BINS_PER_R,
     RADIUS_EDGES,
 )
+from worm_analysis.accumulators.direction_bridges import DirectionBridge
 from worm_analysis.accumulators.frame_rows import Frames
 from worm_analysis.statistics.block_jackknife import BlockSums
 from worm_msgs_py import Distribution
 from worm_msgs_py.arrays import Floats, Integers
+from worm_msgs_py.units import NS_PER_S
 
 _HISTOGRAMS = ("r_h", "r_c", "r_t", "psi_b", "psi_h")
 _SUMS = (
@@ -34,12 +37,16 @@ _SUMS = (
     "theta_dot_2",
     "psi_b_2",
     "theta_dot_psi_b",
+    "gaps",
+    "gap_turns",
+    "gap_s",
 )
 _SUMS_OF = {
     "contact_fraction": ("contact_known", "contact"),
     "v_b": ("speed_n", "speed"),
     "v_b_mean": ("speed_n", "velocity"),
     "reversal_rate": ("directed_s", "turns_back"),
+    "reversal_rate_gaps": ("gaps", "gap_turns", "gap_s"),
     "theta_dot_psi_b": ("pairs", "theta_dot", "psi_b", "theta_dot_2", "psi_b_2", "theta_dot_psi_b"),
 }
 """Which sums a quantity rests on."""
@@ -65,8 +72,8 @@ class FrameSums:
         self._blocks = BlockSums(_FIRST_SUM + len(_SUMS))
         self._last_sign = 0.0
 
-    def add(self, frames: Frames) -> None:
-        """Add frames with the head in a chamber."""
+    def add(self, frames: Frames, bridges: Sequence[DirectionBridge] = ()) -> None:
+        """Add frames with the head in a chamber, and the gaps that end in them."""
         scale = RADIUS_BINS_PER_R / self._radius_m
         turn = ANGLE_BINS / (2 * pi)
         bins = [
@@ -80,6 +87,10 @@ class FrameSums:
         x, y = frames.theta_dot_rad_s, psi_b
         both = np.where(np.isfinite(x) & np.isfinite(y), 1.0, 0.0)
         directed_s, turns_back = self._turns(v, frames.interval_s)
+        gaps = np.zeros((3, len(frames)))
+        for bridge in bridges:
+            duration_s = (bridge.end_ns - bridge.start_ns) / NS_PER_S
+            gaps[:, bridge.row] = (1.0, bridge.before != bridge.after, duration_s)
         sums = [
             frames.contact,
             np.isfinite(frames.contact),
@@ -96,6 +107,7 @@ class FrameSums:
             x * x * both,
             y * y * both,
             x * y,
+            *gaps,
         ]
         values = np.column_stack([np.ones((len(frames), len(bins))), *sums])
         columns = np.empty(values.shape, dtype=np.intp)

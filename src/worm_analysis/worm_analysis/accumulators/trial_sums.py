@@ -64,6 +64,10 @@ def trial_sums(
     limits_m = [_resolution_limit(item, rig.pixel_m) for item in search.sensitivity.lengths]
     found |= search.frames.sums() | search.speed_law.sums() | search.collisions.sums()
     found |= search.correlation.sums() | search.sensitivity.sums(limits_m)
+    gaps = search.gaps
+    searched_s = search.observed_s + gaps.bridged_s + gaps.missing_s
+    found["search_bridged"] = np.array([[searched_s, gaps.bridged_s]])
+    found["search_missing"] = np.array([[searched_s, gaps.missing_s]])
     found |= search.episodes.sums(limit_m, max(rig.pixel_m, threshold_m))
     found |= passages.sums(max(sagitta(rig.radius_m, rig.exit_width_m), rig.pixel_m))
     found["pixel"] = np.array([[1.0, rig.pixel_m]])

@@ -1,9 +1,14 @@
 """The head's search along a chamber's wall: motion, contact, episodes, C_θ and their sums."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import nan
+
+import numpy as np
 
 from worm_analysis.accumulators.collisions import Collisions
 from worm_analysis.accumulators.contact_sensitivity import Sensitivity, other_rules
+from worm_analysis.accumulators.direction_bridges import DirectionBridge, DirectionBridges
 from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
 from worm_analysis.accumulators.episode_sums import EpisodeSums
 from worm_analysis.accumulators.frame_rows import FrameRows, Frames
@@ -14,6 +19,23 @@ from worm_analysis.kinematics.angular_speed import AngularSpeed
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import EpisodeKind, Observables
 from worm_msgs_py.units import NS_PER_S
+
+
+@dataclass(slots=True)
+class GapTimes:
+    """Time of the search in which there was no head for longer than `max_gap_s`.
+
+    Attributes
+    ----------
+    bridged_s, missing_s : float
+        Where the direction is followed over it, and where it is not.
+    in_exit : bool
+        Whether the head has been in the exit since it was last seen in the chamber.
+    """
+
+    bridged_s: float = 0.0
+    missing_s: float = 0.0
+    in_exit: bool = False
 
 
 class WallSearch:
@@ -47,17 +69,20 @@ class WallSearch:
         d_c and d_nc under other rules of contact.
     observed_s : float
         Time in a chamber, breaks left out.
+    gaps : GapTimes
+        The time of the breaks within visits.
     """
 
     def __init__(self, parameters: AnalysisParameters, radius_m: float):
         self.radius_m = radius_m
         self._max_gap_ns = round(parameters.max_gap_s * NS_PER_S)
+        self._max_bridged_s = parameters.max_bridged_s
         self._sensor = ContactSensor(parameters.contact_factor, parameters.release_factor)
         self._approach = Approach(parameters.incidence_window_s)
         self._contacts = ContactEpisodes(radius_m, parameters.min_episode_s)
         self._speed = AngularSpeed(parameters.theta_dot_window_s)
         self._rows = FrameRows()
-        self._stretch = self._approaches = 0
+        self._stretch = self._approaches = self._searches = 0
         self._last_ns: int | None = None
         self._interval_s = 0.0
         self.correlation = SignCorrelation(
@@ -70,12 +95,15 @@ class WallSearch:
             parameters.fine_step_s,
         )
         self._stretch_correlated = 0
+        longest_s = parameters.max_bridged_s + parameters.theta_dot_window_s
+        self._bridges = DirectionBridges(round(longest_s * NS_PER_S))
         self.frames = FrameSums(radius_m)
         self.speed_law = SpeedLaw(radius_m, parameters.mean_window_s)
         self.collisions = Collisions(parameters.theta_dot_window_s)
         self.episodes = EpisodeSums(radius_m)
         self.sensitivity = Sensitivity(other_rules(parameters), radius_m)
         self.observed_s = 0.0
+        self.gaps = GapTimes()
 
     def move(
         self,
@@ -130,7 +158,7 @@ class WallSearch:
         """Add the frame that was last moved to, now that all of it is known."""
         contact = observables.contact
         enough = self._rows.push(
-            (observables.stamp_ns, self._stretch, self._approaches),
+            (observables.stamp_ns, self._stretch, self._approaches, self._searches),
             (
                 self._interval_s,
                 observables.r_h_m,
@@ -152,15 +180,24 @@ class WallSearch:
         if not len(self._rows):
             return
         frames = self._rows.take()
-        self.frames.add(frames)
+        bridges = self._bridges.push(frames)
+        self.frames.add(frames, bridges)
         self.speed_law.add(frames)
         self.sensitivity.add(frames)
-        self._correlate(frames)
+        self._correlate(frames, bridges)
 
-    def _correlate(self, frames: Frames) -> None:
+    def _correlate(self, frames: Frames, bridges: Sequence[DirectionBridge]) -> None:
+        ending_at = {bridge.row: bridge for bridge in bridges}
         for part in frames.stretches():
+            directed = np.flatnonzero(np.isfinite(frames.theta_dot_rad_s[part]))
+            if not len(directed):
+                continue
             if int(frames.stretch[part.start]) != self._stretch_correlated:
-                self.correlation.break_off()
+                bridge = ending_at.get(part.start + int(directed[0]))
+                if bridge is None:
+                    self.correlation.break_off()
+                else:
+                    self.correlation.bridge(bridge)
                 self._stretch_correlated = int(frames.stretch[part.start])
             self.correlation.add(frames.stamp_ns[part], frames.theta_dot_rad_s[part])
 
@@ -169,34 +206,51 @@ class WallSearch:
         self._interval_s = 0.0
         if self._last_ns is not None:
             if stamp_ns - self._last_ns > self._max_gap_ns:
-                closed = self.break_off()
+                closed = self._break_at_gap((stamp_ns - self._last_ns) / NS_PER_S)
             else:
                 self._interval_s = (stamp_ns - self._last_ns) / NS_PER_S
         self._last_ns = stamp_ns
+        self.gaps.in_exit = False
         self.observed_s += self._interval_s
         return closed
+
+    def _break_at_gap(self, gap_s: float) -> list[ClosedEpisode]:
+        """End the stretch; the search goes on where the gap is short enough to be bridged."""
+        if self.gaps.in_exit:
+            return self.break_off()
+        if gap_s > self._max_bridged_s:
+            self.gaps.missing_s += gap_s
+            return self.break_off()
+        self.gaps.bridged_s += gap_s
+        return self._end_stretch(gap_s)
 
     def enter_exit(self, stamp_ns: int) -> list[ClosedEpisode]:
         """Say that the head is in the exit in this frame; return what that ends."""
         seen = self._last_ns is not None and stamp_ns - self._last_ns <= self._max_gap_ns
         if seen:
             self.sensitivity.ended_in_exit(self._approaches)
+        self.gaps.in_exit = True
+        self._searches += 1
         return self._end_approach(into_exit=seen)
 
-    def _end_approach(self, *, into_exit: bool) -> list[ClosedEpisode]:
+    def _end_approach(self, *, into_exit: bool, gap_s: float = nan) -> list[ClosedEpisode]:
         self._sensor.reset()
         self._approach.reset()
         self.collisions.break_off()
         self._approaches += 1
         ended = self._contacts.cut(into_exit=into_exit)
-        return [] if ended is None else self._keep(ended)
+        return [] if ended is None else self._keep(ended, gap_s)
 
     def break_off(self) -> list[ClosedEpisode]:
-        """Say that what follows is not connected: a gap, or another visit."""
+        """Say that what follows is not connected: a long gap, or another visit."""
+        self._searches += 1
+        return self._end_stretch(nan)
+
+    def _end_stretch(self, gap_s: float) -> list[ClosedEpisode]:
         self._speed.reset()
         self._stretch += 1
         self._last_ns = None
-        return self._end_approach(into_exit=False)
+        return self._end_approach(into_exit=False, gap_s=gap_s)
 
     def finish(self) -> list[ClosedEpisode]:
         """End the trial."""
@@ -206,6 +260,6 @@ class WallSearch:
         self.sensitivity.cut()
         return closed
 
-    def _keep(self, closed: ClosedEpisode) -> list[ClosedEpisode]:
-        self.episodes.push(closed)
+    def _keep(self, closed: ClosedEpisode, gap_s: float = nan) -> list[ClosedEpisode]:
+        self.episodes.push(closed, gap_s)
         return [closed]

@@ -119,15 +119,20 @@ def share(name: str) -> Estimator:
 
     def estimate(sums: Sums) -> Interval:
         n, successes = (round(part) for part in sums.total(name))
-        value, low, high = fraction(successes, n)
         half = jackknife_half_width(sums.units(name), _second_over_first)
-        if isfinite(half) and 0 < value < 1:  # symmetric in the log odds
-            odds, stretch = value / (1 - value), exp(half / (value * (1 - value)))
-            low = min(low, odds / stretch / (1 + odds / stretch))
-            high = max(high, odds * stretch / (1 + odds * stretch))
-        return value, low, high
+        return _widened(fraction(successes, n), half)
 
     return estimate
+
+
+def _widened(law: Interval, half: float) -> Interval:
+    """Return a fraction with the wider one of a law's interval and one symmetric in log odds."""
+    value, low, high = law
+    if isfinite(half) and 0 < value < 1:
+        odds, stretch = value / (1 - value), exp(half / (value * (1 - value)))
+        low = min(low, odds / stretch / (1 + odds / stretch))
+        high = max(high, odds * stretch / (1 + odds * stretch))
+    return value, low, high
 
 
 def rate(name: str) -> Estimator:
@@ -195,11 +200,92 @@ def head_step_m(sums: Sums, rule: str = "") -> float:
 
 
 def reversal_chance(sums: Sums) -> Interval:
-    """Interval the chance of a reversal per cycle of slide and hop."""
-    seen = share("reversal_per_cycle")(sums)
+    """Estimate the chance of a reversal per cycle of slide and hop, gaps bridged.
+
+    A fold hides the change of cycle at which the worm turned: it is a pair that differs. The other
+    changes of cycle in it are left out, as likely to differ as those that are seen.
+    """
+    units = _with_gaps(sums, "reversal_per_cycle", 5)
+
+    def folds_of(rows: Floats) -> tuple[Floats, Floats]:
+        pairs, reversals, gaps, turned, gap_s, cycles, cycles_s = rows.T
+        in_gap = np.nan_to_num(over(gap_s, gaps) / over(cycles_s, cycles))
+
+        def kept(folds: Floats) -> Floats:
+            chance = np.nan_to_num(over(reversals + folds, pairs + folds))
+            mean: Floats = np.maximum(1 - 2 * chance, 0.0) ** in_gap
+            return mean
+
+        return _folds(gaps, turned, kept)
+
+    def value_of(rows: Floats) -> Floats:
+        folds, _ = folds_of(rows)
+        return over(rows[:, 1] + folds, rows[:, 0] + folds)
+
+    total = units.total()[None]
+    (folds,), (kept,) = folds_of(total)
+    pairs, reversals = (float(part) for part in total[0, :2] + folds)
+    law = fraction(round(reversals * kept), round(pairs * kept))
+    seen = (reversals / pairs, *law[1:])
     cycles = _cycles_in_one(sums)
-    value, low, high = (per_true_cycle(end, cycles) for end in seen)
+    value, low, high = (
+        per_true_cycle(end, cycles) for end in _widened(seen, jackknife_half_width(units, value_of))
+    )
     return value, low, high
+
+
+def reversal_rate(sums: Sums) -> Interval:
+    """Estimate the rate at which θ̇_h changes its sign, 1/s, gaps bridged."""
+
+    def value_of(rows: Floats) -> Floats:
+        directed_s, turns, gaps, turned, gap_s = rows.T
+        longest = 2 * np.nan_to_num(over(gap_s, gaps))
+        folds, _ = _folds(
+            gaps, turned, lambda f: np.exp(-longest * np.nan_to_num(over(turns + f, directed_s)))
+        )
+        return over(turns + folds, directed_s)
+
+    return _symmetric(_with_gaps(sums, "reversal_rate", 3), value_of)
+
+
+def _with_gaps(sums: Sums, name: str, columns: int) -> Units:
+    """Return sums with those of the gaps beside them; results of old have no gaps."""
+    trials = [trial for trial in sums.trials if name in trial]
+    none = [np.zeros((len(trial[name]), columns)) for trial in trials]
+    return Units(
+        [
+            np.hstack([trial[name], trial.get(f"{name}_gaps", zeros)])
+            for trial, zeros in zip(trials, none, strict=True)
+        ]
+    )
+
+
+FOLD_ROUNDS = 30
+LEAST_KEPT = 0.2
+"""Of the direction over a gap, by chance, below which its two sides tell little of a fold."""
+
+
+def _folds(
+    gaps: Floats, turned: Floats, kept_by: Callable[[Floats], Floats]
+) -> tuple[Floats, Floats]:
+    """Return how many gaps hide a reversal of their own, and the part of direction kept in one.
+
+    In a gap as anywhere else the worm may turn, also twice: its direction would be kept by a part k
+    on average. If F of B gaps are folds, with a reversal of their own, then another direction is
+    seen after F(1 + k)/2 + (B − F)(1 − k)/2 of them. That is solved for F.
+
+    Parameters
+    ----------
+    gaps, turned : ndarray, shape (m,)
+        B, and after how many of them the direction is another one.
+    kept_by : callable
+        From F to k, which depends on the reversals that there are.
+    """
+    folds, kept = np.zeros(len(gaps)), np.ones(len(gaps))
+    for _ in range(FOLD_ROUNDS):
+        kept = np.maximum(kept_by(folds), LEAST_KEPT)
+        folds = np.clip((turned - gaps * (1 - kept) / 2) / kept, 0.0, gaps)
+    return folds, kept
 
 
 def _cycles_in_one(sums: Sums) -> float:

@@ -201,6 +201,14 @@ def _excluded(reason: str, meaning: str) -> Definition:
     )  # fmt: skip
 
 
+def _gap(kind: str, which: str) -> Definition:
+    name, words = f"search_{kind}", f"search {kind}"
+    return Definition(
+        name, "1", words, words, f"part of the search in gaps without a certain head {which}", name,
+        by.exact(name), "seconds of search", needs="", undetermined="no search was seen",
+    )  # fmt: skip
+
+
 POSITIONS = (
     _peak_of_radius("h", "head"),
     _peak_of_radius("c", "centroid"),
@@ -270,9 +278,11 @@ MOTION = (
         "probability per slide and hop", "reversal_per_cycle", by.reversal_chance,
         "pairs of cycles",
     ),
+    _gap("bridged", "over which the direction is followed"),
+    _gap("missing", "too long for the direction to be followed"),
     Definition(
         "reversal_rate", "1/s", "reversal rate", "reversal rate",
-        "sign changes of θ̇<sub>h</sub> per time", "reversal_rate", by.mean("reversal_rate"),
+        "sign changes of θ̇<sub>h</sub> per time", "reversal_rate", by.reversal_rate,
         "seconds with a direction", bounds=(0.0, inf),
     ),
 )  # fmt: skip
