@@ -27,8 +27,8 @@ _START = "The start"
 _DEFAULTS = WalkParameters()
 WALK_EXIT_WIDTH = replace(limits.EXIT_WIDTH.to("mm"), or_zero=True)
 WALK_DEPTH = replace(limits.DEPTH.to("mm"), or_zero=True)
-SPEED, STEP = Limit(1e-3, 1e3, "mm/s"), Limit(0.01, 1e3, "mm")
-REVERSAL, AT = Limit(0.0, 100.0), Limit(0.0, 1e7, "s")
+WALK_SPEED, WALK_STEP = Limit(1e-3, 1e3, "mm/s"), Limit(0.01, 1e3, "mm")
+WALK_REVERSAL, AT = Limit(0.0, 100.0), Limit(0.0, 1e7, "s")
 
 model = typer.Typer(
     name="model", help="Ask the boundary walk, solved exactly.", no_args_is_help=True
@@ -55,18 +55,18 @@ def solve(
         bool, typer.Option(help="Take the exit as √(W² + h²) wide, or as W.", rich_help_panel=_RIG)
     ] = _DEFAULTS.effective_width,
     speed: Annotated[
-        float, number(SPEED, help="Speed along the wall.", rich_help_panel=_WALK)
+        float, number(WALK_SPEED, help="Speed along the wall.", rich_help_panel=_WALK)
     ] = _DEFAULTS.speed_mm_s,
     slide: Annotated[
-        float, number(STEP, help="Mean d_c.", rich_help_panel=_WALK)
+        float, number(WALK_STEP, help="Mean d_c.", rich_help_panel=_WALK)
     ] = _DEFAULTS.mean_slide_mm,
     hop: Annotated[
-        float, number(STEP, help="Mean d_nc.", rich_help_panel=_WALK)
+        float, number(WALK_STEP, help="Mean d_nc.", rich_help_panel=_WALK)
     ] = _DEFAULTS.mean_hop_mm,
     reversal: Annotated[
         float,
         number(
-            REVERSAL,
+            WALK_REVERSAL,
             help="Share of reversals, at most 1; with --rule rate, per s.",
             rich_help_panel=_WALK,
         ),

@@ -39,7 +39,7 @@ _QUANTITIES_SHOWN = (
     "t_per",
     "tau_h",
 )
-_POSES = [status.label for status in Status if status.has_pose]
+_POSE_LABELS = [status.label for status in Status if status.has_pose]
 
 
 class _Speed(ProgressColumn):
@@ -107,7 +107,7 @@ def refuse_without_pose(report: Path) -> None:
     """Raise `WithoutPose` where not one frame of the results has a pose."""
     summary = json.loads((report.parent / "summary.json").read_text(encoding="utf-8"))
     frames = summary["frames"]
-    poses = (count for name, count in frames.items() if name in _POSES)
+    poses = (count for name, count in frames.items() if name in _POSE_LABELS)
     if not sum(poses):
         why = (summary["what_to_try"] or "").partition(": ")[2] or "for several reasons"
         raise WithoutPose(

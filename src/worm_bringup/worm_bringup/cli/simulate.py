@@ -24,9 +24,9 @@ _WORM = "The worm"
 _RIG = "The rig"
 DURATION = Limit(0.1, 604_800.0, "s")
 FILM_FPS = Limit(0.1, 1000.0, "frames/s")
-BODY_LENGTH, BODY_WIDTH = Limit(1.0, 60.0, "mm"), Limit(0.05, 5.0, "mm")
-SPEED = Limit(0.01, 10.0, "mm/s")
-STEP, EXCURSION = Limit(0.01, 100.0, "mm"), Limit(0.01, 8.0, "mm")
+FILM_BODY_LENGTH, FILM_BODY_WIDTH = Limit(1.0, 60.0, "mm"), Limit(0.05, 5.0, "mm")
+FILM_SPEED = Limit(0.01, 10.0, "mm/s")
+FILM_STEP, FILM_EXCURSION = Limit(0.01, 100.0, "mm"), Limit(0.01, 8.0, "mm")
 FILM_EXIT_WIDTH = Limit(0.1, 15.0, "mm", or_zero=True)
 NOISE = Limit(0.0, 255.0, "grey levels")
 FRAME_BYTES = 100_000
@@ -39,15 +39,15 @@ def simulate(
     duration_s: Annotated[float, number(DURATION)] = 60.0,
     fps: Annotated[float, number(FILM_FPS)] = 30.0,
     seed: Annotated[int, number(limits.SEED, help="Same seed, same film.")] = 0,
-    length_mm: Annotated[float, number(BODY_LENGTH, rich_help_panel=_WORM)] = 20.0,
-    body_width_mm: Annotated[float, number(BODY_WIDTH, rich_help_panel=_WORM)] = 0.4,
+    length_mm: Annotated[float, number(FILM_BODY_LENGTH, rich_help_panel=_WORM)] = 20.0,
+    body_width_mm: Annotated[float, number(FILM_BODY_WIDTH, rich_help_panel=_WORM)] = 0.4,
     speed_mm_s: Annotated[
-        float, number(SPEED, help="Along the wall.", rich_help_panel=_WORM)
+        float, number(FILM_SPEED, help="Along the wall.", rich_help_panel=_WORM)
     ] = 2.02,
-    slide_mm: Annotated[float, number(STEP, help="Mean d_c.", rich_help_panel=_WORM)] = 1.95,
-    hop_mm: Annotated[float, number(STEP, help="Mean d_nc.", rich_help_panel=_WORM)] = 1.46,
+    slide_mm: Annotated[float, number(FILM_STEP, help="Mean d_c.", rich_help_panel=_WORM)] = 1.95,
+    hop_mm: Annotated[float, number(FILM_STEP, help="Mean d_nc.", rich_help_panel=_WORM)] = 1.46,
     excursion_mm: Annotated[
-        float, number(EXCURSION, help="Mean Δr_h.", rich_help_panel=_WORM)
+        float, number(FILM_EXCURSION, help="Mean Δr_h.", rich_help_panel=_WORM)
     ] = 1.14,
     reversal: Annotated[
         float, number(limits.SHARE, help="Per slide and hop.", rich_help_panel=_WORM)

@@ -9,7 +9,7 @@ from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import BadInput
 
 NS = 1e9
-SHORTEST_S, LONGEST_S = 1e-4, 10.0
+SHORTEST_STEP_S, LONGEST_STEP_S = 1e-4, 10.0
 """Between two rows: 10,000 frames a second, and a picture in ten seconds."""
 FASTEST_MM_S = 1000.0
 FEWEST_YAWS = 50
@@ -45,7 +45,7 @@ def refuse_wrong_units(
 
 
 def _refuse_times(path: Path, column: str, step_s: float) -> None:
-    if SHORTEST_S <= step_s <= LONGEST_S:
+    if SHORTEST_STEP_S <= step_s <= LONGEST_STEP_S:
         return
     written = step_s if column == "time_s" else step_s * NS
     unit, size = ("s", 1.0) if column == "time_s" else ("ns", 1e-9)
@@ -53,7 +53,7 @@ def _refuse_times(path: Path, column: str, step_s: float) -> None:
     meant = [
         (name, other / size)
         for name, other in others
-        if other != size and 1e-3 <= written * other <= LONGEST_S
+        if other != size and 1e-3 <= written * other <= LONGEST_STEP_S
     ]
     cure = "give the time of each frame"
     if meant:

@@ -22,8 +22,8 @@ from worm_msgs_py.arrays import Floats
 _MEANS = 4.2
 """The 95 % quantile from the worst state is below so many ⟨τ_h⟩, but for odd walks."""
 _STEP_S = 0.6
-_FEWEST_TERMS, _MOST_TERMS = 2048, 8192
-_FINE, _ZOOMS = 65, 2
+_FEWEST_FAST_TERMS, _MOST_FAST_TERMS = 2048, 8192
+_TIMES_A_ZOOM, _ZOOMS = 65, 2
 """Where the law jumps, a quantile is an exact time: it is looked for in ever finer steps."""
 
 
@@ -41,7 +41,7 @@ class FastFirstPassage:
     def __init__(self, solved: SolvedWalk, longest_s: float):
         walk = self._walk = solved.parameters
         period_s = max(_MEANS * solved.first_passage().mean_s, longest_s) / LATEST
-        terms = min(max(2 ** ceil(log2(period_s / _STEP_S)), _FEWEST_TERMS), _MOST_TERMS)
+        terms = min(max(2 ** ceil(log2(period_s / _STEP_S)), _FEWEST_FAST_TERMS), _MOST_FAST_TERMS)
         self._contour = Contour(period_s, terms)
         self._s = self._contour.s
         self._solution = solve_transform(walk, self._s)
@@ -77,9 +77,9 @@ class FastFirstPassage:
             after = int(np.searchsorted(rising, probability))
             low, high = times[max(after - 1, 0)], times[after]
             for _ in range(_ZOOMS):
-                fine = np.linspace(low, high, _FINE)
+                fine = np.linspace(low, high, _TIMES_A_ZOOM)
                 reached = np.flatnonzero(within(fine) >= probability)
-                first = int(reached[0]) if len(reached) else _FINE - 1
+                first = int(reached[0]) if len(reached) else _TIMES_A_ZOOM - 1
                 low, high = fine[max(first - 1, 0)], fine[first]
             quantiles.append(float(high))
         return quantiles, within(np.asarray(horizons_s, dtype=np.float64)).tolist()

@@ -18,7 +18,7 @@ from worm_msgs_py.errors import EvaluationError
 from worm_msgs_py.files.json_files import read_json
 
 TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
-_NEEDED = tuple(f"{point}_{axis}_px" for point in KEYPOINTS for axis in "uv")
+_KEYPOINT_COLUMNS = tuple(f"{point}_{axis}_px" for point in KEYPOINTS for axis in "uv")
 _CIRCLE_COLUMNS = ("circle_u_px", "circle_v_px", "circle_radius_px", "exit_deg")
 
 
@@ -73,7 +73,7 @@ def frame_table_of(
     EvaluationError
         Where columns are missing.
     """
-    missing = [column for column in _NEEDED if column not in columns]
+    missing = [column for column in _KEYPOINT_COLUMNS if column not in columns]
     if "stamp_ns" not in columns and "frame" not in columns:
         missing.append("stamp_ns (or frame)")
     if missing:

@@ -15,7 +15,7 @@ from worm_model.simulator.take import Take
 from worm_model.simulator.worm import Walker, midlines_mm, rounded_body
 
 FPS = 15.0
-LENGTH_MM, WIDTH_MM = 20.0, 0.4
+WORM_LENGTH_MM, WORM_WIDTH_MM = 20.0, 0.4
 CRAWL_MM_S = 2.0
 WHOLE_RIG_FPS = 2.5
 RESTING_FPS = 0.5
@@ -38,8 +38,8 @@ def along_the_wall(take: Take) -> Iterator[FilmFrame]:
     lines = (
         crawling.lie_along_the_wall(
             rig.radius_mm,
-            LENGTH_MM,
-            WIDTH_MM,
+            WORM_LENGTH_MM,
+            WORM_WIDTH_MM,
             1.2 + 0.7 * take.seed + CRAWL_MM_S / rig.radius_mm * t,
             max(0.0, 1.2 * sin(2.0 * pi * t / 4.0 - 1.0)),
         )
@@ -60,13 +60,14 @@ def crossing_of_one_shade(take: Take) -> Iterator[FilmFrame]:
 
 def coil(take: Take) -> Iterator[FilmFrame]:
     """Film a worm that crawls into a coil whose turns touch, stays, and backs out."""
-    path = crawling.coiling_path(WIDTH_MM, LENGTH_MM + 12.0, LENGTH_MM)
+    path = crawling.coiling_path(WORM_WIDTH_MM, WORM_LENGTH_MM + 12.0, WORM_LENGTH_MM)
     part = np.arange(take.frames) / take.frames
     pulled_in = np.clip(np.minimum(part / 0.5, (1.0 - part) / 0.35), 0.0, 1.0)
-    heads = LENGTH_MM + 0.5 + 31.4 * pulled_in
+    heads = WORM_LENGTH_MM + 0.5 + 31.4 * pulled_in
     middle = (0.0, crawling.BOW_MM)
     lines = (
-        _turned(line - middle, 0.9 * take.seed) for line in crawling.crawl(path, LENGTH_MM, heads)
+        _turned(line - middle, 0.9 * take.seed)
+        for line in crawling.crawl(path, WORM_LENGTH_MM, heads)
     )
     return _film(_absorbing_twice(take.chamber), lines)
 
@@ -228,8 +229,8 @@ def bumped_camera(take: Take) -> Iterator[FilmFrame]:
 def resting(take: Take) -> Iterator[FilmFrame]:
     """Film a worm that rests from the first frame on, for minutes, and then crawls off."""
     rest = round(0.8 * take.frames)
-    heads = np.maximum(np.arange(take.frames) - rest, 0) * 0.3 + LENGTH_MM + 1.0
-    lines = crawling.crawl(crawling.winding_path(10.0, 0.5 + take.seed), LENGTH_MM, heads)
+    heads = np.maximum(np.arange(take.frames) - rest, 0) * 0.3 + WORM_LENGTH_MM + 1.0
+    lines = crawling.crawl(crawling.winding_path(10.0, 0.5 + take.seed), WORM_LENGTH_MM, heads)
     return _film(take.chamber, lines, fps=RESTING_FPS)
 
 
@@ -239,8 +240,8 @@ def there_and_back(take: Take) -> Iterator[FilmFrame]:
         crawling.WAY_TO_THE_EXIT + crawling.WAY_THROUGH_B + crawling.WAY_BACK
     )
     long = float(np.hypot(*np.diff(path, axis=0).T).sum())
-    heads = np.linspace(LENGTH_MM + 0.1, long - 0.1, take.frames)
-    return _film(take.whole_rig, crawling.crawl(path, LENGTH_MM, heads), fps=WHOLE_RIG_FPS)
+    heads = np.linspace(WORM_LENGTH_MM + 0.1, long - 0.1, take.frames)
+    return _film(take.whole_rig, crawling.crawl(path, WORM_LENGTH_MM, heads), fps=WHOLE_RIG_FPS)
 
 
 def failed_attempt(take: Take) -> Iterator[FilmFrame]:
@@ -249,10 +250,10 @@ def failed_attempt(take: Take) -> Iterator[FilmFrame]:
     s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(path, axis=0).T))]
     deepest = float(np.interp(13.5, path[:, 0], s))
     part = np.arange(take.frames) / take.frames
-    to_the_exit = np.minimum(part / 0.4 - 1.0, 0.0) * (deepest - 5.0 - LENGTH_MM - 0.1)
+    to_the_exit = np.minimum(part / 0.4 - 1.0, 0.0) * (deepest - 5.0 - WORM_LENGTH_MM - 0.1)
     in_and_out = 2.5 * (1.0 + np.cos(4.0 * pi * (np.maximum(part, 0.4) - 0.4) / 0.6 + pi))
     heads = deepest - 5.0 + to_the_exit + in_and_out
-    return _film(take.chamber, crawling.crawl(path, LENGTH_MM, heads))
+    return _film(take.chamber, crawling.crawl(path, WORM_LENGTH_MM, heads))
 
 
 SCENES: dict[str, Callable[[Take], Iterator[FilmFrame]]] = {
@@ -311,7 +312,7 @@ def _film(
     for frame, line in enumerate(lines_mm):
         now = rig if rig_at is None else rig_at(frame)
         u, v = now.chambers[0].to_pixels(line[:, 0] * 1e-3, line[:, 1] * 1e-3)
-        body = rounded_body(np.c_[u, v], WIDTH_MM * now.px_per_mm)
+        body = rounded_body(np.c_[u, v], WORM_WIDTH_MM * now.px_per_mm)
         view = clear_view(now, body)
         if disturb is not None:
             disturb(view, now, body, frame)
@@ -322,7 +323,11 @@ def _film(
 def _walk(take: Take) -> Lines:
     """Return a walk along the wall in contact for most of the time."""
     walker = Walker(
-        length_mm=LENGTH_MM, width_mm=WIDTH_MM, mean_slide_mm=4.0, mean_hop_mm=1.2, seed=take.seed
+        length_mm=WORM_LENGTH_MM,
+        width_mm=WORM_WIDTH_MM,
+        mean_slide_mm=4.0,
+        mean_hop_mm=1.2,
+        seed=take.seed,
     )
     return midlines_mm(walker, take.chamber.radius_mm, take.frames / FPS, FPS)
 
@@ -334,8 +339,10 @@ def _crawl(
 ) -> Lines:
     """Return a crawl along a path, with a little peristalsis of the head."""
     times = np.arange(take.frames) / FPS
-    heads = LENGTH_MM + 1.0 + faster * CRAWL_MM_S * times + 0.15 * np.sin(2.0 * pi * times / 0.6)
-    return crawling.crawl(path(take.chamber.radius_mm, 1.1 * take.seed), LENGTH_MM, heads)
+    heads = (
+        WORM_LENGTH_MM + 1.0 + faster * CRAWL_MM_S * times + 0.15 * np.sin(2.0 * pi * times / 0.6)
+    )
+    return crawling.crawl(path(take.chamber.radius_mm, 1.1 * take.seed), WORM_LENGTH_MM, heads)
 
 
 def _turned(line: NDArray[np.float64], angle_rad: float) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from worm_msgs_py.arrays import Floats, Floats32, Picture
 from worm_tracker.midline.curve import TRACKED_POINTS, arc_length, resample
 
-_MOST_TERMS = 24
+_MOST_COSINES = 24
 """Cosine terms of the direction along a long body; a stout one bends in fewer ways."""
 _SUBSTEPS = 3
 """Sub-steps between midline points when distances are measured."""
@@ -27,7 +27,7 @@ _BLOCK_ROWS = 128
 _BASIS = np.cos(
     np.pi
     * ((np.arange(_FINE_POINTS - 1) + 0.5) / (_FINE_POINTS - 1))[:, None]
-    * np.arange(_MOST_TERMS)[None]
+    * np.arange(_MOST_COSINES)[None]
 )
 
 
@@ -77,7 +77,7 @@ def fit_body(
         The midline in window coordinates (u, v).
     """
     middle = float(np.median(widths))
-    terms = int(np.clip(round(1.2 * length / middle) + 2, 8, _MOST_TERMS))
+    terms = int(np.clip(round(1.2 * length / middle) + 2, 8, _MOST_COSINES))
     body = _Series.of(start, length, terms)
     prior = body.values.copy()
     prior[2] = 0.0

@@ -25,7 +25,7 @@ GreyPicture = NDArray[np.uint8] | NDArray[np.uint16]
 STILLS = (".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif", ".tiff")
 """Files that a folder's sequence is made of."""
 STACKS = (".tif", ".tiff")
-_GREY = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
+_READ_GREY = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
 _PNG_SPEED = [cv2.IMWRITE_PNG_COMPRESSION, 1]
 _TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -164,7 +164,7 @@ def _pictures(film: Film) -> Iterator[tuple[GreyPicture, int]]:
             yield _read(still), 0
     elif film.path.suffix.lower() in STACKS:
         for k in range(film.frames):
-            done, pages = cv2.imreadmulti(str(film.path), k, 1, flags=_GREY)
+            done, pages = cv2.imreadmulti(str(film.path), k, 1, flags=_READ_GREY)
             if not done:
                 raise BadInput(f"{film.path}: picture {k} cannot be read; is the file whole?")
             yield _of_a_depth_that_is_read(np.asarray(pages[0]), film.path), 0
@@ -214,7 +214,7 @@ def _natural(file: Path) -> list[tuple[int, str]]:
 
 
 def _read(still: Path) -> GreyPicture:
-    picture = cv2.imread(str(still), _GREY)
+    picture = cv2.imread(str(still), _READ_GREY)
     if picture is None:
         raise BadInput(f"{still}: cannot be read as a picture; remove it or mend it")
     return _of_a_depth_that_is_read(np.asarray(picture), still)

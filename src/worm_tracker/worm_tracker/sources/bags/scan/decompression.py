@@ -15,7 +15,7 @@ MAX_CHUNK_MIB = 512.0
 COMPRESSIONS = ("", "zstd", "lz4")
 
 _ZSTD, _LZ4 = b"\x28\xb5\x2f\xfd", b"\x04\x22\x4d\x18"
-_COARSE, _FINE = 1 << 18, 1 << 9
+_COARSE_STEP_BYTES, _FINE_STEP_BYTES = 1 << 18, 1 << 9
 
 
 def is_zstd(data: bytes) -> bool:
@@ -40,9 +40,9 @@ def decompress(data: bytes, compression: str, limit: int) -> tuple[bytes, str]:
         return data[:limit], "" if len(data) <= limit else f"it is larger than {limit} bytes"
     if kind is None:
         return b"", f"its compression {compression[:16]!r} is not known"
-    whole, why = _stream(_opened(kind), data, limit, _COARSE)
+    whole, why = _stream(_opened(kind), data, limit, _COARSE_STEP_BYTES)
     if why:  # once more in small steps, which keeps all that comes before the error
-        partial, _ = _stream(_opened(kind), data, limit, _FINE)
+        partial, _ = _stream(_opened(kind), data, limit, _FINE_STEP_BYTES)
         whole = max(whole, partial, key=len)
     return whole, why
 
