@@ -19,8 +19,8 @@ from statistics import median
 
 _MIB = 1 << 20
 _PAGE = os.sysconf("SC_PAGE_SIZE")
-_BLOCK = 20
-"""Growth compares medians of this many samples: what one garbage collection gives back is none."""
+_PERIOD_FRAMES = 2048
+"""Memory goes up and down with the row groups of `TableWriter`, which are so many frames long."""
 
 
 @dataclass
@@ -45,18 +45,24 @@ class MemoryTrace:
     def growth(self, after_s: float = 60.0) -> float:
         """Return by what part memory grew from the end of the first minute to the last frame.
 
-        The report, which is drawn after it, takes its memory once whatever the length of the run.
+        The median over about the first tenth of the frames after that minute is compared with the
+        median over about their last tenth: whole periods of the row groups, one at least, so that
+        what these take and give back again is no growth. The report, which is drawn after the last
+        frame, takes its memory once whatever the length of the run.
 
         Raises
         ------
         ValueError
-            Where there are too few samples after that minute.
+            Where fewer than two periods come after that minute.
         """
         samples = zip(self.elapsed_s, self.frames, self.resident_mib, strict=True)
-        later = [mib for s, sent, mib in samples if s >= after_s and sent < self.frames[-1]]
-        if len(later) < 2 * _BLOCK:
-            raise ValueError(f"{len(later)} samples after {after_s:g} s; {2 * _BLOCK} are needed")
-        return median(later[-_BLOCK:]) / median(later[:_BLOCK]) - 1.0
+        later = [(sent, mib) for s, sent, mib in samples if s >= after_s and sent < self.frames[-1]]
+        first, last = (later[0][0], later[-1][0]) if later else (0, 0)
+        span = max(1, (last - first) // 10 // _PERIOD_FRAMES) * _PERIOD_FRAMES
+        if last - first < 2 * span:
+            raise ValueError(f"{last - first} frames after {after_s:g} s; {2 * span} are needed")
+        before = median(mib for sent, mib in later if sent < first + span)
+        return median(mib for sent, mib in later if sent > last - span) / before - 1.0
 
 
 def resident_mib(pid: int, descendants: bool = True) -> float:

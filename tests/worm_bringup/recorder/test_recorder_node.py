@@ -10,6 +10,8 @@ from rosbags.rosbag2 import Reader
 from std_msgs.msg import Float64MultiArray, UInt64
 
 from worm_analysis.results.tracks import SCHEMA as TRACKS
+from worm_bringup.freed_memory import give_back_freed_memory
+from worm_bringup.recorder import recorder_node
 from worm_bringup.recorder.recorder_node import RecorderNode
 from worm_bringup.recorder.recording import Recording
 from worm_msgs_py import (
@@ -173,6 +175,37 @@ def test_the_recorder_is_done_when_it_holds_all_that_was_sent(graph):
     assert summary["provenance"] == {"bag": "x"}
     assert pq.read_metadata(out / "tracks.parquet").num_rows == burst
     assert (out / "bag" / "metadata.yaml").exists()
+
+
+def test_freed_memory_is_given_back_again_and_again_without_a_word_in_the_results(
+    graph, tmp_path, monkeypatch
+):
+    recorder, sender, executor, out = graph
+    rows_then = []
+
+    def give_back():
+        rows_then.append(recorder._recording.rows)
+        give_back_freed_memory()
+
+    monkeypatch.setattr(recorder_node, "give_back_freed_memory", give_back)
+    monkeypatch.setattr(recorder_node, "_TRIM_EVERY_FRAMES", 20)
+    for frame in range(90):
+        sender.send_frame(frame)
+    sender.end.publish(convert.count_to_msg(90))
+    sender.ledger.announce()
+    drain(executor)
+    assert recorder.done
+    assert rows_then == [20, 40, 60, 80]
+
+    (alone := tmp_path / "alone").mkdir()
+    recording = Recording(alone)  # which gives nothing back
+    for frame in range(90):
+        state, midline, observables = frame_parts(frame)
+        recording.add_state(state)
+        recording.add_midline(midline)
+        recording.add_observables(observables)
+    recording.close()
+    assert (out / "tracks.parquet").read_bytes() == (alone / "tracks.parquet").read_bytes()
 
 
 def test_a_burst_of_estimates_is_not_lost(graph):

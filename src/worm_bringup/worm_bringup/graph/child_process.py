@@ -32,8 +32,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from threadpoolctl import threadpool_limits
 
+from worm_bringup.freed_memory import keep_freed_memory
 from worm_bringup.graph.node_spec import NodeSpec
-from worm_bringup.graph.ros_environment import keep_freed_memory
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.running import TICK_S
 from worm_tracker.sources.source_node import SourceNode, spin_source, until_stopped

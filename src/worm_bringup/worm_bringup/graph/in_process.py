@@ -12,8 +12,9 @@ from rclpy.node import Node
 from threadpoolctl import threadpool_limits
 
 from worm_bringup.checkpoints import Checkpoints
+from worm_bringup.freed_memory import keep_freed_memory
 from worm_bringup.graph.node_spec import NodeSpec
-from worm_bringup.graph.ros_environment import alone_on_their_names, keep_freed_memory, own_context
+from worm_bringup.graph.ros_environment import alone_on_their_names, own_context
 from worm_msgs_py.ros.network import Reach
 from worm_msgs_py.ros.running import stop_on_signals
 from worm_msgs_py.ros.watchdog import PATIENCE_S, Watch, watchdog

@@ -1,12 +1,11 @@
-"""Keeps a graph to itself: its own context or domain, its own logs, its own memory habits."""
+"""Keeps a graph to itself: its own context or domain, its own logs."""
 
-import ctypes
 import os
 import socket
 import tempfile
 import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 
 import rclpy
 from rclpy.context import Context
@@ -20,10 +19,6 @@ from worm_msgs_py.ros.claims import claim, full_name, in_use
 from worm_msgs_py.ros.network import Reach, dds_settings, environment
 from worm_msgs_py.ros.running import TICK_S
 from worm_msgs_py.text import printable
-
-# glibc's malloc.h, and what the parameters are set to.
-_M_TRIM_THRESHOLD, _M_TOP_PAD, _M_MMAP_THRESHOLD = -1, -2, -3
-_GIBIBYTE = 1 << 30
 
 # DDS (RTPS 9.6.1): a domain's ports begin at 7400 + 250 * domain. Up to 101 they stay below the
 # range that Linux gives to outgoing connections. A participant uses the 10th and 11th port and
@@ -153,15 +148,3 @@ def _try_ports(ports: range) -> None:
     for port in ports:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind(("", port))
-
-
-def keep_freed_memory() -> None:
-    """Let glibc keep freed buffers of a picture's size; elsewhere do nothing.
-
-    By default it maps each one anew and gives it back, which costs more than copying the picture.
-    """
-    with suppress(OSError, AttributeError):
-        libc = ctypes.CDLL("libc.so.6")
-        libc.mallopt(_M_MMAP_THRESHOLD, _GIBIBYTE)
-        libc.mallopt(_M_TRIM_THRESHOLD, _GIBIBYTE)
-        libc.mallopt(_M_TOP_PAD, 64 << 20)
