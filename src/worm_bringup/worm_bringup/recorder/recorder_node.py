@@ -24,8 +24,8 @@ from worm_msgs_py.ros.running import run_alone
 from worm_msgs_py.ros.stream_end import StreamEnd
 from worm_msgs_py.ros.worm_node import WormNode
 
-_TRIM_EVERY_FRAMES = 512
-"""How often freed memory is given back: so often it takes 1 to 4 ms of some six seconds."""
+_TRIM_EVERY_FRAMES = 128
+"""How often freed memory is given back: it takes 1 to 4 ms of the second or more in between."""
 
 Journal = list[tuple[str, bytes]]
 """Messages in the order in which they came: the topic, and the message serialised."""
