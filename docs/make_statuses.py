@@ -67,6 +67,7 @@ def films() -> dict[Status, list[Picture]]:
         Status.TOO_LARGE: [*seen, np.minimum(draw(RIG, worms[-1], 30), draw(RIG, pipette, 30))],
         Status.AMBIGUOUS: [*seen, *empty, np.minimum(*(draw(RIG, body, 30) for body in pair))],
         Status.BRIDGED: [glaring(worm, k, 0.5) for k, worm in enumerate(worms)],
+        Status.FOLDED: [draw(RIG, looping(k), k) for k in range(60)],
         Status.END_HIDDEN: [glaring(worm, k, 0.0) for k, worm in enumerate(worms)],
     }
 
@@ -104,6 +105,17 @@ def leaving(frame: int) -> Body:
     x = np.linspace(150.0 + 4.0 * frame, 4.0 * frame, 40) / chamber.px_per_m
     u, v = chamber.to_pixels(x, 0.0002 * np.sin(900 * x))
     return Body.along(np.stack([u, v], axis=1), WIDTH)
+
+
+def looping(frame: int) -> Body:
+    """Return a worm on its way round a loop, in which it crosses itself."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 60)
+    circle = 16.0 * np.stack([np.sin(turn), np.cos(turn) - 1.0], axis=1)
+    before, after = [(-200.0, 0.0)], [(200.0, 0.0)]
+    path = np.concatenate([before, circle, after]) + np.array([240.0, 255.0])
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    at = 190.0 + 2.5 * frame - np.linspace(0.0, LENGTH, 80)
+    return Body.along(np.stack([np.interp(at, s, path[:, k]) for k in (0, 1)], axis=1), WIDTH)
 
 
 def coil() -> Body:

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import log
 
+import cv2
+
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.blobs import Blob, whole_picture
@@ -22,11 +24,15 @@ from worm_tracker.midline.contour_midline import (
     ContourMidlineSettings,
     contour_midline,
 )
-from worm_tracker.midline.curve import length_of
+from worm_tracker.midline.curve import as_complex, length_of
+from worm_tracker.midline.doubled import DoubledSettings, looks_doubled
+from worm_tracker.midline.explained import ExplainedSettings, dark_places, unexplained
 from worm_tracker.midline.refine import RefinedMidline, RefineSettings, refine
+from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
-from worm_tracker.propagation import (
-    PropagationSettings,
+from worm_tracker.propagation.body_candidates import PropagationSettings
+from worm_tracker.propagation.propagation import (
+    darkening_of,
     observation_of,
     propagate,
     propagate_back,
@@ -41,11 +47,16 @@ class FollowerSettings:
     least_area_over_known: float = 0.35
     most_area_over_known: float = 2.2
     """Areas beyond these are not the worm's, whatever it does."""
+    agreement_of_all: float = 0.95
+    """Agreement below which it is looked at whether a midline found by the contour leaves
+    something over."""
     least_agreement: float = 0.7
     """Least agreement of body and picture for a midline to be believed."""
     most_log_length_over_known: float = 0.15
     most_log_length_over_last: float = 0.08
     """A length beyond both is an error, because a worm does not stretch in a moment."""
+    most_log_stretch_per_frame: float = 0.04
+    """A length that changes by more in a frame is that of a body whose end is not seen."""
     leap_confidence: float = 0.5
     """What a leap of an end leaves of the confidence."""
     occlusion_confidence: float = 0.9
@@ -75,17 +86,24 @@ class FollowerSettings:
     cut_length_over_known: float = 0.92
     """Length below which what was cut out is only a part of the worm: its stroke shortens it by
     less."""
+    cut_length_over_last: float = 0.97
+    """The same over the length a frame before: a stroke takes off no more in a frame."""
+    least_cut_end_widths2: float = 1.5
+    touching_end_widths: float = 0.75
+    cut_end_widths: float = 1.3
+    """What was cut off is the worm's own end if it is as large as this, as near to an end, and no
+    broader: a bubble is."""
     loop_hole_widths2: float = 20.0
     """Hole, in squared widths, that may be that of a loop rather than of a bubble, where nothing is
     known of the worm yet."""
-    cut_loop_agreement: float = 0.9
-    """Least agreement for a midline of a part cut out of such an object."""
     coil_margin_px: int = 24
     """How much about a coil is kept for a later frame to look at."""
     body_model: BodyModelSettings = field(default_factory=BodyModelSettings)
     contour: ContourMidlineSettings = field(default_factory=ContourMidlineSettings)
     refine: RefineSettings = field(default_factory=RefineSettings)
     propagation: PropagationSettings = field(default_factory=PropagationSettings)
+    doubled: DoubledSettings = field(default_factory=DoubledSettings)
+    explained: ExplainedSettings = field(default_factory=ExplainedSettings)
     cutting: DebrisCuttingSettings = field(default_factory=DebrisCuttingSettings)
 
 
@@ -121,13 +139,13 @@ class Follower:
         self._track.see(detection.blob, points, propagated)
         if points is not None and detection.occlusion is not None:
             return self._with_occlusion(observation, detection)
-        if observation.status is Status.COILED:
+        if observation.status is Status.COILED or any(observation.occluded):
             return replace(observation, unresolved=detection.cropped(self._settings.coil_margin_px))
         return observation
 
     def resolve_back(
         self, opened: Observation, detections: Sequence[Detection]
-    ) -> list[Observation]:
+    ) -> list[Observation | None]:
         """Return what a midline tells of the pictures before it, the latest first.
 
         Parameters
@@ -166,9 +184,9 @@ class Follower:
                 contour_body = found
             elif found is not None and self._is_part(found, detection, view):
                 continue
-            if found is not None and self._continues(found):
+            if found is not None and self._continues(found, detection):
                 if model is None or detection.occlusion is None:
-                    self._learn(found, view.blob)
+                    self._learn(found, view)
                 return _observation_of(found, _agreement(found, view.blob), detection.view), None
         return self._propagate(detection, contour_body)
 
@@ -191,11 +209,30 @@ class Follower:
     def _is_part(self, found: RefinedMidline, whole: Detection, view: Detection) -> bool:
         """Tell whether what was cut out of an object is a part of the worm, not all of it."""
         model, settings = self._track.model, self._settings
+        last = self._track.bodies.last
         if model is not None:
-            return length_of(found.points) < settings.cut_length_over_known * model.length
+            length = length_of(found.points)
+            shrunk = last is not None and length < settings.cut_length_over_last * length_of(last)
+            return shrunk or length < settings.cut_length_over_known * model.length
+        if self._goes_on(found, whole):
+            return True
         # A loop that was cut open, rather than what hangs on to the worm.
-        wide = whole.blob.hole_area > settings.loop_hole_widths2 * mean_width(found.widths) ** 2
-        return wide and _agreement(found, view.blob) < settings.cut_loop_agreement
+        return whole.blob.hole_area > settings.loop_hole_widths2 * mean_width(found.widths) ** 2
+
+    def _goes_on(self, found: RefinedMidline, whole: Detection) -> bool:
+        """Tell whether an end of a midline lies against something long that was cut off: itself."""
+        width = mean_width(found.widths)
+        points = whole.view.in_window(found.points)
+        settings = self._settings.explained
+        differs = unexplained(whole.object_pixels(), None, points, found.widths, width, settings)
+        if differs.left_over < self._settings.least_cut_end_widths2:
+            return False
+        contours, _ = cv2.findContours(differs.wanted, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        piece = max(contours, key=len)
+        near = -self._settings.touching_end_widths * width
+        ends = [(float(u), float(v)) for u, v in points[[0, -1]]]
+        touches = any(cv2.pointPolygonTest(piece, end, True) > near for end in ends)
+        return touches and min(cv2.minAreaRect(piece)[1]) < self._settings.cut_end_widths * width
 
     def _contour_body(self, detection: Detection) -> RefinedMidline | None:
         """Return the midline that the object's contour gives; None where it is no simple body."""
@@ -207,21 +244,54 @@ class Follower:
             return None
         width = model.width if model else first.width
         found = refine(view.signal, view.origin, first.points, width, settings.refine)
+        if model is None and looks_doubled(found, settings.doubled):
+            return None
         if last is not None and is_nearer_reversed(found.points, last):
             found = replace(found, points=found.points[::-1], widths=found.widths[::-1])
         found = with_known_width(found, detection, model)
-        return found if _agreement(found, blob) >= settings.least_agreement else None
+        agreement = _agreement(found, blob)
+        if agreement < settings.least_agreement:
+            return None
+        step = length_of(found.points) / (len(found.points) - 1)
+        folded = lies_near_itself(as_complex(found.points), width, step)
+        least = settings.explained.least_dark_widths2
+        least *= 1.0 if folded else settings.explained.dark_open_over_folded
+        if model and darkening_of(detection, model, least, settings.explained) is not None:
+            return None
+        checked = folded or agreement < settings.agreement_of_all
+        return None if checked and not self._explains_all(found, detection, folded) else found
 
-    def _continues(self, found: RefinedMidline) -> bool:
+    def _explains_all(self, found: RefinedMidline, detection: Detection, folded: bool) -> bool:
+        """Tell whether a body is all of its object, but for debris beside an open one."""
+        settings = self._settings.explained
+        level = found.level
+        dark = dark_places(detection.view.smooth, level, 2 * settings.least_darkening, settings)
+        mask = detection.object_pixels()
+        points = detection.view.in_window(found.points)
+        width = mean_width(found.widths)
+        differs = unexplained(mask, dark & mask, points, found.widths, width, settings)
+        if not folded and not differs.wants_near(points[[0, -1]], settings.end_widths * width):
+            return differs.in_water + differs.overlap < settings.most_of_contour_body
+        return differs.total < (
+            settings.most_of_folded_body if folded else settings.most_of_contour_body
+        )
+
+    def _continues(self, found: RefinedMidline, detection: Detection) -> bool:
         """Tell whether a midline can be that of the frame before, a frame later."""
         model, last, settings = self._track.model, self._track.bodies.last, self._settings
         if model is None or last is None:
             return True
         length = length_of(found.points)
-        if abs(log(length / model.length)) > settings.most_log_length_over_known:
-            stretch = abs(log(length / length_of(last)))
-            if stretch > settings.most_log_length_over_last:
-                return False
+        stretch = abs(log(length / length_of(last)))
+        most = settings.most_log_stretch_per_frame * (1 + self._track.frames_lost)
+        if stretch > most and detection.occluder is None:
+            return False
+        off = abs(log(length / model.length))
+        if (
+            off > settings.most_log_length_over_known
+            and stretch > settings.most_log_length_over_last
+        ):
+            return False
         return not model.leaps(found.points, last, 1 + self._track.frames_lost)
 
     def _is_open_body(self, found: ContourMidline, blob: Blob, width: float) -> bool:
@@ -249,13 +319,14 @@ class Follower:
         larger = model is not None and blob.area > settings.relearn_area_over_known * model.area
         return larger and self._track.frames_unresolved >= settings.relearn_frames
 
-    def _learn(self, found: RefinedMidline, blob: Blob) -> None:
+    def _learn(self, found: RefinedMidline, seen: Detection) -> None:
         """Take a sound midline into what is known of the worm."""
         model = self._track.model
-        if model is None or self._was_in_part(blob):
-            model = BodyModel.of(found, blob.area, self._settings.body_model)
+        if model is None or self._was_in_part(seen.blob):
+            self._track.begin_anew()
+            model = BodyModel.of(found, seen.blob.area, seen.gain, self._settings.body_model)
         else:
-            model = model.updated(found, blob.area)
+            model = model.updated(found, seen.blob.area, seen.gain)
         self._track.learn(model)
 
     def _propagate(
@@ -266,6 +337,11 @@ class Follower:
         last, frames = track.bodies.last, 1 + track.frames_lost
         if model is None or last is None:
             return _coiled(detection), None
+        least = settings.explained.least_dark_widths2
+        darkening = darkening_of(detection, model, least, settings.explained)
+        if darkening is not None:
+            model = model.with_darkening(darkening)
+            track.learn(model)
         start = track.bodies.to_propagate(
             last, model.width, settings.propagation.first_expected_agreement
         )
@@ -274,9 +350,12 @@ class Follower:
         )
         if found.agreement < settings.least_agreement:
             return _coiled(detection), None
+        if found.over_limits > 1:
+            followed = found.over_limits < settings.propagation.lost_over_limits
+            return _coiled(detection), found if followed else None
         leaps = model.leaps(found.points, last, frames)
         confidence = (settings.leap_confidence if leaps else 1.0) * found.agreement
-        return observation_of(detection, found, model, confidence), found
+        return observation_of(found, model, confidence, settings.propagation), found
 
     def _with_occlusion(self, observation: Observation, detection: Detection) -> Observation:
         """Return an observation that says which part of its midline was not seen."""

@@ -2,6 +2,7 @@
 
 from collections import Counter, deque
 from collections.abc import Iterable
+from math import inf
 
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.status import Status
@@ -56,10 +57,16 @@ class FrameQueue:
         kept = (pending.observation.unresolved for pending in reversed(self._coiled))
         return [detection for detection in kept if detection is not None]
 
-    def resolve(self, observations: Iterable[Observation]) -> None:
-        """Take what a later frame tells of the coils that wait, the latest first."""
+    def resolve(self, observations: Iterable[Observation | None]) -> None:
+        """Take what a later frame tells of the coils that wait, the latest first.
+
+        Where a coil was followed into, with an end hidden, the surer of both midlines is kept.
+        """
         for pending, observation in zip(reversed(self._coiled), observations, strict=False):
-            pending.observation = observation
+            if observation is None:
+                continue
+            if max(observation.end_sd_px) < _end_sd(pending.observation):
+                pending.observation = observation
 
     def push(self, pending: PendingFrame) -> None:
         """Take the next frame; a coil waits until `link_coils`, or the next that is none."""
@@ -167,3 +174,8 @@ class FrameQueue:
         self._home = tracked.state.frame_id
         self.statuses[pending.observation.status] += 1
         return tracked
+
+
+def _end_sd(observation: Observation) -> float:
+    """Return how unsure the less sure end of a midline is, pixels; infinity without a midline."""
+    return max(observation.end_sd_px) if observation.has_midline else inf

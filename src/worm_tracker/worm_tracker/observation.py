@@ -28,8 +28,11 @@ class Observation:
         How many points at the midline's first, and last, end were not seen but supposed.
     appearance : ndarray, shape (n,), or None
         How the first half of an open body differs in width and darkness from the last one.
+    end_sd_px : tuple of float
+        How surely the ends of a folded body are where they are said to be, pixels.
     unresolved : Detection or None
-        Where the body is coiled: what a later frame needs to tell how it lay.
+        Where the body is coiled, or folded with a hidden end: what a later frame needs to tell how
+        it lay.
     """
 
     status: Status
@@ -41,6 +44,7 @@ class Observation:
     width: float = float("nan")
     occluded: tuple[int, int] = (0, 0)
     appearance: Floats | None = None
+    end_sd_px: tuple[float, float] = (0.0, 0.0)
     unresolved: Detection | None = None
 
     @property
@@ -55,5 +59,6 @@ class Observation:
             points=self.points[::-1],
             widths=self.widths[::-1],
             occluded=self.occluded[::-1],
+            end_sd_px=self.end_sd_px[::-1],
             appearance=None if self.appearance is None else -self.appearance,
         )

@@ -146,7 +146,8 @@ class Tracker:
         frame, self._frames = self._frames, self._frames + 1
         self._last_ns = stamp_ns
         observation = self._observe(picture, stamp_ns)
-        coils = self._queue.coils() if observation.has_midline else []
+        opened = observation.has_midline and observation.unresolved is None
+        coils = self._queue.coils() if opened else []
         if coils and self._stages is not None:
             self._queue.resolve(self._stages.follower.resolve_back(observation, coils))
         self._queue.push(PendingFrame(frame, stamp_ns, observation, self.geometry))

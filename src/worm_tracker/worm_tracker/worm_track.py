@@ -24,11 +24,20 @@ class PropagatedBody:
         Intersection over union of body and object, less what its kinks cost.
     expected_agreement : float
         What the next one should have: it falls slowly where this one had more.
+    centroid : complex
+        Of what is seen of it, u + iv.
+    end_sd_px : tuple of float
+        How surely its ends are where they are said to be.
+    over_limits : float
+        What of body and object does not agree, over what may not.
     """
 
     path: BodyPath
     agreement: float
     expected_agreement: float
+    centroid: complex = complex("nan")
+    end_sd_px: tuple[float, float] = (0.0, 0.0)
+    over_limits: float = 0.0
 
     @property
     def points(self) -> Floats:
@@ -43,7 +52,7 @@ class LastBodies:
     Attributes
     ----------
     last, before : ndarray, shape (TRACKED_POINTS, 2), or None
-        In the last picture and in that before it; None where the body was not resolved.
+        In the last picture and in that before it; None where the body could not be followed.
     propagated : PropagatedBody or None
         The last one, where it was propagated.
     """
@@ -102,6 +111,9 @@ class WormTrack:
         Its midlines in the last two pictures.
     linked : ndarray, shape (TRACKED_POINTS, 2), or None
         The last midline that has been put in the order of the ends of those before.
+    bodies_begun : int
+        How often a body was learned from nothing: what was held to be the worm before was not, or
+        not all of it.
     frames_lost, frames_unresolved : int
         Pictures since the worm was last seen, and without a midline although it was seen.
     """
@@ -112,6 +124,7 @@ class WormTrack:
         self.body: Floats | None = None
         self.bodies = LastBodies()
         self.linked: Floats | None = None
+        self.bodies_begun = 0
         self.frames_lost = 0
         self.frames_unresolved = 0
 
@@ -131,10 +144,15 @@ class WormTrack:
         if model is None:
             self.body = None
 
+    def begin_anew(self) -> None:
+        """Take note that the next body to learn is another one than before."""
+        self.bodies_begun += 1
+
     def see(self, blob: Blob, points: Floats | None, propagated: PropagatedBody | None) -> None:
         """Take a picture in which the worm was seen, and its midline if that was resolved."""
         self.blob = blob
-        self.bodies = self.bodies.then(points, propagated)
+        followed = points if propagated is None else propagated.points
+        self.bodies = self.bodies.then(followed, propagated)
         self.frames_lost = 0
         self.frames_unresolved = 0 if points is not None else self.frames_unresolved + 1
         if points is not None:

@@ -21,6 +21,7 @@ class Status(IntEnum):
     AMBIGUOUS = 8
     BRIDGED = 9
     END_HIDDEN = 10
+    FOLDED = 11
 
     @property
     def label(self) -> str:
@@ -30,7 +31,7 @@ class Status(IntEnum):
     @property
     def has_pose(self) -> bool:
         """Whether head, centroid, tail and midline are given."""
-        return self in (Status.TRACKED, Status.BRIDGED)
+        return self in (Status.TRACKED, Status.BRIDGED, Status.FOLDED)
 
     @property
     def may_have_head(self) -> bool:
@@ -66,5 +67,7 @@ _REASONS = {
     Status.AMBIGUOUS: "Several objects could be the worm.",
     Status.BRIDGED: "A part of the body between its ends was hidden; the midline there is "
     "interpolated.",
+    Status.FOLDED: "The body touches or crosses itself; head, centroid, tail and midline were "
+    "found.",
     Status.END_HIDDEN: "An end of the body was hidden; it is not given, nor is the midline there.",
 }

@@ -219,6 +219,8 @@ class HeadTail:
     def push(self, observation: Observation) -> Link:
         """Join the next midline, which may be either way round, and weigh what it says."""
         link = self._chain.push(observation)
+        if link.is_new_body and not self._corrected:
+            self._forget()
         seen, reliability = link.observation, link.reliability
         self._cross(reliability)
         if link.motion is not None:
@@ -229,6 +231,12 @@ class HeadTail:
             seen = seen.reversed()
         self._note_swap()
         return replace(link, observation=seen, decision=decision)
+
+    def _forget(self) -> None:
+        """Forget what was held to be the head's looks and motion: it was not of this body."""
+        self._motion, self._doubt, self._activity = 0.0, None, _Activity()
+        self._body_appearance = AppearanceModel(self._settings.appearance)
+        self._head_appearance = AppearanceModel(self._settings.appearance)
 
     def _cross(self, reliability: float) -> None:
         """Take the belief over a link."""

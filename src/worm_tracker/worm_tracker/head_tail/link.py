@@ -86,6 +86,8 @@ class Link:
         Probability, 0.5 to 1, that the link to the one before is not the wrong way round.
     motion : BodyMotion or None
         Since the one before; None where that was too long ago.
+    is_new_body : bool
+        Whether the body has been learned anew since: what was held to be the worm was not.
     decision : LinkDecision or None
         On an earlier link, where this frame's appearance has decided it.
     """
@@ -93,6 +95,7 @@ class Link:
     observation: Observation
     reliability: float
     motion: BodyMotion | None
+    is_new_body: bool = False
     decision: LinkDecision | None = None
 
 
@@ -108,6 +111,7 @@ class Chain:
     def __init__(self, track: WormTrack, settings: LinkSettings) -> None:
         self._track = track
         self._settings = settings
+        self._bodies_begun = track.bodies_begun
         self._gap = 1
         self._frames_unsure = 0
         self._mean_step = 0.0
@@ -132,6 +136,7 @@ class Chain:
         last = self._track.linked
         if last is None:
             self._track.link(observation.points)
+            self._bodies_begun = self._track.bodies_begun
             return Link(observation, 1.0, None)
         straight = _mean_distance(observation.points, last)
         turned = _mean_distance(observation.points[::-1], last)
@@ -143,11 +148,15 @@ class Chain:
         if self._is_leap(points, last, width):
             reliability = min(reliability, self._settings.leap_reliability)
         motion = self._motion(points, last)
+        if any(observation.end_sd_px):
+            motion = None  # a body that lies on itself hides how its parts move
         poor = observation.confidence < self._settings.least_confidence
         self._frames_unsure = self._frames_unsure + self._gap if poor else 0
         self._gap = 1
         self._track.link(points)
-        return Link(observation, reliability, motion)
+        new_body = self._track.bodies_begun != self._bodies_begun
+        self._bodies_begun = self._track.bodies_begun
+        return Link(observation, 0.5 if new_body else reliability, motion, new_body)
 
     def _reliability(
         self, points: Floats, last: Floats, width: float, near: float, far: float

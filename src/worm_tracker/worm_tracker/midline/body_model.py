@@ -1,6 +1,7 @@
 """What has been learned of this worm's body: its length, widths, area and darkness."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import log
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.midline.curve import length_of
@@ -13,6 +14,8 @@ class BodyModelSettings:
 
     least_weight_of_new_frame: float = 0.02
     """Weight of a frame in the running means after the first ones: a memory of 50 frames."""
+    weight_of_new_darkening: float = 0.2
+    """Weight of a frame in the running mean of how dark overlaps are."""
     most_end_step_lengths: float = 0.12
     most_end_step_widths: float = 1.5
     """An end that moves farther than both in a frame has been mistaken for another."""
@@ -30,8 +33,14 @@ class BodyModel:
     ----------
     length, width, area, level : float
         Pixels, pixels, square pixels, grey levels of the signal on the midline.
-    widths : ndarray, shape (TRACKED_POINTS,)
-        Along the body, in the order of the last midline.
+    widths, levels : ndarray, shape (TRACKED_POINTS,)
+        Width, and signal on the midline, along the body, in the order of the last midline.
+    gain : float
+        Brightness of the pictures, over the background's.
+    darkening : float
+        How much darker two parts are that lie on each other than one, relatively.
+    length_scatter : float
+        Mean deviation of the log of its length: a worm that strokes has more.
     settings : BodyModelSettings
     frames : int
         How many there were.
@@ -42,27 +51,49 @@ class BodyModel:
     area: float
     level: float
     widths: Floats
+    levels: Floats
+    gain: float
     settings: BodyModelSettings
+    darkening: float = 0.0
+    length_scatter: float = 0.02
     frames: int = 1
 
     @classmethod
-    def of(cls, midline: RefinedMidline, area: float, settings: BodyModelSettings) -> "BodyModel":
+    def of(
+        cls, midline: RefinedMidline, area: float, gain: float, settings: BodyModelSettings
+    ) -> "BodyModel":
         """Return what a first midline tells."""
         length, width = length_of(midline.points), mean_width(midline.widths)
-        return cls(length, width, area, midline.level, midline.widths, settings)
+        return cls(
+            length, width, area, midline.level, midline.widths, midline.levels, gain, settings
+        )
 
-    def updated(self, midline: RefinedMidline, area: float) -> "BodyModel":
+    def updated(self, midline: RefinedMidline, area: float, gain: float) -> "BodyModel":
         """Return the model with one midline more, whose widths are in the order of the others."""
         rate = max(1 / (self.frames + 1), self.settings.least_weight_of_new_frame)
+        off = abs(log(length_of(midline.points) / self.length))
         return BodyModel(
             length=self.length + rate * (length_of(midline.points) - self.length),
             width=self.width + rate * (mean_width(midline.widths) - self.width),
             area=self.area + rate * (area - self.area),
             level=self.level + rate * (midline.level - self.level),
             widths=self.widths + rate * (midline.widths - self.widths),
+            levels=self.levels + rate * (midline.levels - self.levels),
+            gain=self.gain + rate * (gain - self.gain),
             settings=self.settings,
+            darkening=self.darkening,
+            length_scatter=self.length_scatter + rate * (off - self.length_scatter),
             frames=self.frames + 1,
         )
+
+    def levels_at(self, gain: float) -> Floats:
+        """Return the signal on the midline in a picture of some brightness."""
+        return self.levels * (gain / self.gain)
+
+    def with_darkening(self, darkening: float) -> "BodyModel":
+        """Return the model with one measurement more of how dark its overlaps are."""
+        rate = self.settings.weight_of_new_darkening if self.darkening > 0 else 1.0
+        return replace(self, darkening=self.darkening + rate * (darkening - self.darkening))
 
     def leaps(self, points: Floats, last: Floats, frames: int) -> bool:
         """Tell whether an end is farther from where it was than it can have got in some frames."""

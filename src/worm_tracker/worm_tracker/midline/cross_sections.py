@@ -38,8 +38,40 @@ class CrossSectionSettings:
     """The same where only one is."""
     most_width_difference_widths: float = 0.3
     """Most that the distance of two edges differs from the known width, if both are the body's."""
+    least_darkening: float = 0.15
+    """Darkening of an overlap from which on edges within it are seen."""
     most_one_edge_shift_widths: float = 0.3
     """Most that one edge alone may be off its place: farther off it is another part's."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Covers:
+    """Where other parts of the body lie over the points of a path.
+
+    Attributes
+    ----------
+    middle, either : ndarray of bool, shape (n,)
+        On the path itself: surely, and perhaps (its edge is near).
+    inside, outside : ndarray of bool, shape (n, 2)
+        Just within and just beyond the body's edge, on the left and on the right.
+    level : float
+        Signal of another part, grey levels.
+    darkening : float
+        What a part adds to the signal of one that it lies on, over its own; 0 where nothing.
+    """
+
+    middle: Mask
+    either: Mask
+    inside: Mask
+    outside: Mask
+    level: float
+    darkening: float
+
+    @classmethod
+    def none(cls, n: int) -> "Covers":
+        """Return that no part lies over another."""
+        line, sides = np.zeros(n, np.bool_), np.zeros((n, 2), np.bool_)
+        return cls(line, line, sides, sides, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,24 +92,15 @@ class CrossSections:
     weight: Floats
     spine: Floats32
 
-    @property
-    def has_edge(self) -> Mask:
-        """Where an edge is seen."""
-        return self.weight > 0
-
-    @property
-    def from_other_end(self) -> "CrossSections":
-        """The same from the other end on (the shifts' sign left as it is)."""
-        return CrossSections(self.shift[::-1], self.weight[::-1], self.spine[::-1])
-
 
 def cross_sections(
     signal: Picture,
     path: Complex,
     half: Floats,
-    level: float,
+    level: Floats,
     width: float,
     tip_nodes: int,
+    covers: Covers,
     settings: CrossSectionSettings,
 ) -> CrossSections:
     """Look for a body's edges across a path.
@@ -90,12 +113,14 @@ def cross_sections(
         u + iv in the signal's coordinates.
     half : ndarray, shape (n,)
         Half the width that the body is expected to have.
-    level : float
-        Signal on the midline, grey levels.
+    level : ndarray, shape (n,)
+        Signal that the midline is expected to have, grey levels.
     width : float
         The body's width, pixels.
     tip_nodes : int
         Nodes at either end at which the body may taper off in a way that is not known yet.
+    covers : Covers
+        Where other parts of the body lie over this one.
     settings : CrossSectionSettings
     """
     reach = int(settings.edge_reach_widths * width / PROFILE_STEP_PX) + 1
@@ -107,12 +132,16 @@ def cross_sections(
         profiles[:, reach - k : reach + k + 1].mean(axis=1)
         for k in (max(1, core_nodes), spine_nodes)
     )
-    # Where the body lies on itself it may be darker: its edge is still that of one layer.
-    edge = settings.edge_over_body_level
-    threshold = edge * np.clip(core, settings.lowest_level_over_known * level, level)
-    right = _first_below(profiles[:, reach:], threshold)
-    left = _first_below(profiles[:, reach::-1], threshold)
-    shift, weight = _middles(left, right, half, core > edge * level, width, tip_nodes, settings)
+    node = np.arange(len(path))
+    tip = (node < tip_nodes) | (node >= len(path) - tip_nodes)
+    own = np.clip(core, settings.lowest_level_over_known * level, level)
+    own = np.where(covers.middle, level, own)
+    left, right = (
+        _edge(outwards, *_edge_height(own, covers, side, settings), half, tip)
+        for side, outwards in enumerate((profiles[:, reach::-1], profiles[:, reach:]))
+    )
+    body = core > settings.edge_over_body_level * level
+    shift, weight = _middles(left, right, half, body, width, tip, settings)
     return CrossSections(shift, weight, spine)
 
 
@@ -122,13 +151,11 @@ def _middles(
     half: Floats,
     body: Mask,
     width: float,
-    tip_nodes: int,
+    tip: Mask,
     settings: CrossSectionSettings,
 ) -> tuple[Floats, Floats]:
     """Return how far to the side the middle of each cross-section is, and one over its variance."""
     n = len(half)
-    tip = np.ones(n, np.bool_)
-    tip[tip_nodes : n - tip_nodes] = False
     across = right + left
     gate = settings.most_width_difference_widths * width
     both = body & np.where(tip, across < width + gate, np.abs(across - 2 * half) < gate)
@@ -157,12 +184,30 @@ def interpolate(signal: Picture, where: Complex) -> Floats32:
     return np.asarray(values, np.float32)
 
 
-def _first_below(profiles: Floats32, threshold: Floats) -> Floats:
-    """Return where each profile first falls below its threshold; infinity where it does not."""
+def _edge_height(
+    own: Floats, covers: Covers, side: int, settings: CrossSectionSettings
+) -> tuple[Floats, Mask]:
+    """Return the signal half-way over each edge of the body, and where there is none to be seen."""
+    inside, outside = covers.inside[:, side], covers.outside[:, side]
+    # Where the body lies on another part it is darker, and its edge is that of what it adds.
+    above = np.where(inside, covers.level + covers.darkening * own, own)
+    below = np.where(outside, covers.level, 0.0)
+    seen = above - below > settings.least_darkening * own
+    return below + settings.edge_over_body_level * (above - below), seen
+
+
+def _edge(profiles: Floats32, threshold: Floats, seen: Mask, half: Floats, tip: Mask) -> Floats:
+    """Return where each profile falls below its threshold, nearest to where its edge should be.
+
+    At a tip, whose width is not known, where it first does; infinity where it does not.
+    """
     below = profiles < threshold[:, None]
-    below[:, 0] = False
-    k = below.argmax(axis=1)
+    falls = below[:, 1:] & ~below[:, :-1]
+    at = np.arange(falls.shape[1])
+    expected = np.where(tip, 0.0, half / PROFILE_STEP_PX - 0.5)
+    cost = np.where(falls, np.abs(at - expected[:, None]), np.inf)
+    k = cost.argmin(axis=1)
     row = np.arange(len(profiles))
-    high, low = profiles[row, np.maximum(k - 1, 0)], profiles[row, k]
+    high, low = profiles[row, k], profiles[row, k + 1]
     part = np.clip((high - threshold) / np.maximum(high - low, 1e-6), 0.0, 1.0)
-    return np.where(k > 0, (k - 1 + part) * PROFILE_STEP_PX, np.inf)
+    return np.where(falls[row, k] & seen, (k + part) * PROFILE_STEP_PX, np.inf)

@@ -44,12 +44,12 @@ class BodyPath:
     ----------
     curve : ndarray of complex, shape (n,)
         u + iv at equal steps.
-    forward : float
-        How far the body slid in the last frame, towards the first end, pixels.
+    ways : tuple of float
+        How far each end went in the last frame, along the body towards the first end, pixels.
     """
 
     curve: Complex
-    forward: float = 0.0
+    ways: tuple[float, float] = (0.0, 0.0)
 
     @property
     def length(self) -> float:
@@ -68,12 +68,12 @@ class BodyPath:
 
     def shifted(self, by: complex) -> "BodyPath":
         """Return the path in coordinates whose origin is elsewhere."""
-        return BodyPath(self.curve + by, self.forward)
+        return BodyPath(self.curve + by, self.ways)
 
     def transformed(self, motion: Floats) -> "BodyPath":
         """Return the path where an affine map (2, 3) of the picture takes it."""
         curve = as_complex(transformed_points(as_points(self.curve), motion))
-        return BodyPath(curve, self.forward)
+        return BodyPath(curve, self.ways)
 
 
 def path_of(last: Floats, before: Floats | None, width: float) -> BodyPath:
@@ -87,13 +87,13 @@ def path_of(last: Floats, before: Floats | None, width: float) -> BodyPath:
         The body's width, pixels.
     """
     line = as_complex(last)
-    forward = 0.0
+    ways = 0.0, 0.0
     if before is not None:
         moved = ((line - as_complex(before)) * -tangents(line).conj()).real
-        cut = len(line) // 8
-        forward = float(moved[cut:-cut].mean())
+        end = len(line) // 8
+        ways = float(moved[:end].mean()), float(moved[-end:].mean())
     nodes = nodes_for(float(complex_arc_length(line)[-1]), width)
-    return BodyPath(evenly(line, nodes), forward)
+    return BodyPath(evenly(line, nodes), ways)
 
 
 def sharpest_turn(path: BodyPath, width: float) -> float:
@@ -139,6 +139,7 @@ def continued(path: BodyPath, beyond: int, width: float, settings: ContinuationS
     curve, step = path.curve, path.step
     cut = max(1, round(settings.tip_left_out_widths * width / step))
     fitted = round(settings.fitted_stretch_widths * width / step)
+    cut = min(cut, (len(curve) - 4) // 2)
     fitted = min(max(4, fitted), len(curve) - 2 * cut)
     most_curved = 1 / (settings.least_radius_widths * width)
     first = _onwards(curve[cut : cut + fitted][::-1], step, cut + beyond, most_curved)

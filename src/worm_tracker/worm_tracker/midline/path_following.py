@@ -9,15 +9,16 @@ for along the path; one that cannot be seen follows from the other and from the 
 """
 
 from dataclasses import dataclass, field
-from math import log
 
 import cv2
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import solveh_banded
 
-from worm_msgs_py.arrays import Complex, Floats, Picture
+from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
+from worm_tracker.midline.body_ends import BodyEnd, BodyEndsSettings, find_ends
 from worm_tracker.midline.cross_sections import (
+    Covers,
     CrossSections,
     CrossSectionSettings,
     cross_sections,
@@ -36,6 +37,11 @@ from worm_tracker.midline.path import (
     continued,
     evenly,
     nodes_for,
+)
+from worm_tracker.midline.self_cover import (
+    SelfCoverSettings,
+    covered_by_others,
+    lies_near_itself,
 )
 
 
@@ -57,21 +63,18 @@ class PathFollowingSettings:
     """How far its direction may bend against the path's within a width."""
     smoothing_widths: float = 0.3
     """Scale below which the path's wiggles are noise."""
-    sides_near_tip_widths: float = 0.2
-    sides_far_from_tip_widths: float = 1.2
-    """From where to where behind a tip the body must have sides: an edge without them is another
-    part's, that lies across."""
-    least_part_with_sides: float = 0.6
-    """Part of those cross-sections with an edge from which on the tip is one."""
-    tip_start_inside_widths: float = 0.8
-    """How far within the last end the search for where the path leaves the body begins."""
-    most_log_length_over_expected: float = 0.05
-    """Log of the length over that expected beyond which two tips are not those of one body."""
     least_length_over_expected: float = 0.5
     """Part of the expected length that must be on the path."""
     tip_search_px: float = 4.0
     tip_step_px: float = 0.25
     """How far about a tip found on the nodes, and how finely, its edge is sought."""
+    bend_half_stretch_widths: float = 1.25
+    sharpest_turn_with_inner_edge_rad: float = 1.9
+    """Turn over that much to either side beyond which the body lies on itself within the bend."""
+    edge_blur_px: float = 1.5
+    """How far from an edge the picture is neither body nor water."""
+    cover: SelfCoverSettings = field(default_factory=SelfCoverSettings)
+    ends: BodyEndsSettings = field(default_factory=BodyEndsSettings)
     continuation: ContinuationSettings = field(default_factory=ContinuationSettings)
     sections: CrossSectionSettings = field(default_factory=CrossSectionSettings)
 
@@ -82,17 +85,19 @@ class ExpectedBody:
 
     Attributes
     ----------
-    widths : ndarray, shape (TRACKED_POINTS,)
-        Along the body, in the path's order.
-    level : float
-        Signal on the midline, grey levels.
-    length : float
+    widths, levels : ndarray, shape (TRACKED_POINTS,)
+        Width, and signal on the midline in grey levels, along the body in the path's order.
+    length, length_sd : float
         Pixels.
+    darkening : float
+        How much darker two parts are that lie on each other than one, relatively.
     """
 
     widths: Floats
-    level: float
+    levels: Floats
     length: float
+    length_sd: float
+    darkening: float
 
     @property
     def width(self) -> float:
@@ -101,13 +106,37 @@ class ExpectedBody:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class SlidBody:
+    """A body slid along its path.
+
+    Attributes
+    ----------
+    path : BodyPath
+    ends : tuple of BodyEnd
+        Where on the continued path it ends, and how surely.
+    """
+
+    path: BodyPath
+    ends: tuple[BodyEnd, BodyEnd]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class _Extended:
-    """The last path with `beyond` nodes more at either end; the body is thought to slide `way`."""
+    """The last path with `beyond` nodes more at either end; its ends are thought to go `ways`."""
 
     curve: Complex
     step: float
     beyond: int
-    way: float
+    ways: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Along:
+    """What the body is expected to be at each node of an extended path."""
+
+    half: Floats
+    level: Floats
+    covers: Covers
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -122,10 +151,11 @@ class _View:
 def slide_along_path(
     signal: Picture,
     path: BodyPath,
+    end_sd: tuple[float, float],
     body: ExpectedBody,
     frames: int,
     settings: PathFollowingSettings,
-) -> BodyPath | None:
+) -> SlidBody | None:
     """Slide a body along itself into a picture.
 
     Parameters
@@ -134,6 +164,8 @@ def slide_along_path(
         Background minus picture in a window.
     path : BodyPath
         Where the body was, in the window's coordinates.
+    end_sd : tuple of float
+        How surely its ends were there, pixels.
     body : ExpectedBody
     frames : int
         How many frames ago that was, 1 for the next.
@@ -141,29 +173,82 @@ def slide_along_path(
 
     Returns
     -------
-    BodyPath or None
+    SlidBody or None
         None where too little of the body is on the path.
     """
-    way, width = path.forward * frames, body.width
-    beyond = int((settings.continued_beyond_slide_widths * width + abs(way)) / path.step) + 2
+    ways, width = (path.ways[0] * frames, path.ways[1] * frames), body.width
+    most = max(abs(ways[0]) + 2 * end_sd[0], abs(ways[1]) + 2 * end_sd[1])
+    beyond = int((settings.continued_beyond_slide_widths * width + most) / path.step) + 2
     curve = continued(path, beyond, width, settings.continuation)
-    view, extended = _View(signal, body, settings), _Extended(curve, path.step, beyond, way)
-    seen = _measured(view, extended, path.length)
-    for _ in range(settings.measurements - 1):
+    view, extended = _View(signal, body, settings), _Extended(curve, path.step, beyond, ways)
+    along = _along(view, extended)
+    seen = _measured(view, extended, along)
+    for k in range(settings.measurements - 1):
         extended = _corrected(extended, seen, width, settings)
-        seen = _measured(view, extended, path.length)
-    return _cut_at_tips(view, extended, seen, path.length)
+        if k == 0 or k == settings.measurements - 2:
+            along = _along(view, extended)
+        seen = _measured(view, extended, along)
+    return _cut_at_ends(view, extended, along, seen, end_sd, frames)
 
 
-def _measured(view: _View, extended: _Extended, length: float) -> CrossSections:
+def _along(view: _View, extended: _Extended) -> _Along:
+    """Return what the body is expected to be along a path, and where it covers itself."""
+    body, settings = view.body, view.settings
+    n, curve, step = len(extended.curve), extended.curve, extended.step
+    first = extended.beyond - extended.ways[0] / step
+    last = n - 1 - extended.beyond - extended.ways[1] / step
+    part = (np.arange(n) - first) / max(last - first, 1.0)
+    grid = np.linspace(0, 1, len(body.widths))
+    half = np.interp(part, grid, body.widths) / 2
+    level = np.interp(part, grid, body.levels)
+    if not lies_near_itself(curve, body.width, step):
+        return _Along(half, level, Covers.none(n))
+    normal, blur = 1j * tangents(curve), settings.edge_blur_px
+    beside = (normal * half)[:, None] + (normal * blur)[:, None] * np.array([-1.0, 1.0])
+    middle = curve[:, None]
+    at = np.hstack([middle, middle - beside, middle + beside])
+    extent = slice(max(round(first), 0), max(round(last), 0) + 1)
+    covered = covered_by_others(at, curve, half, extent, step, 0.0, settings.cover)
+    covered[:, [2, 4]] |= _within_bend(curve, body.width, step, settings)
+    perhaps = covered_by_others(middle, curve, half, extent, step, 2 * blur, settings.cover)
+    surely = covered_by_others(middle, curve, half, extent, step, -2 * blur, settings.cover)
+    covers = Covers(
+        middle=surely[:, 0],
+        either=perhaps[:, 0],
+        inside=covered[:, [1, 3]],
+        outside=covered[:, [2, 4]],
+        level=float(np.median(body.levels)),
+        darkening=body.darkening,
+    )
+    return _Along(half, level, covers)
+
+
+def _within_bend(
+    curve: Complex, width: float, step: float, settings: PathFollowingSettings
+) -> Mask:
+    """Tell on which side, left or right, a bend is so tight that its inner edge is not seen."""
+    d = np.diff(curve)
+    turn = np.zeros(len(curve))
+    turn[1:-1] = np.angle(d[1:] * d[:-1].conj())
+    over = max(1, round(settings.bend_half_stretch_widths * width / step))
+    turn = np.convolve(turn, np.ones(2 * over + 1), "same")
+    most = settings.sharpest_turn_with_inner_edge_rad
+    return np.stack([turn < -most, turn > most], axis=1)
+
+
+def _measured(view: _View, extended: _Extended, along: _Along) -> CrossSections:
     """Measure the cross-sections, each against the width that the body has there."""
     body, settings = view.body, view.settings
-    nodes = np.arange(len(extended.curve)) - extended.beyond
-    part = (extended.step * nodes + extended.way) / length
-    half = np.interp(part, np.linspace(0, 1, len(body.widths)), body.widths) / 2
     tip_nodes = extended.beyond + int(settings.tip_zone_widths * body.width / extended.step)
     return cross_sections(
-        view.signal, extended.curve, half, body.level, body.width, tip_nodes, settings.sections
+        view.signal,
+        extended.curve,
+        along.half,
+        along.level,
+        body.width,
+        tip_nodes,
+        along.covers,
+        settings.sections,
     )
 
 
@@ -196,7 +281,7 @@ def _corrected(
     once = _smoothed(moved, sigma)
     curve = evenly(2 * once - _smoothed(once, sigma), len(moved))
     step = float(complex_arc_length(curve)[-1]) / (len(curve) - 1)
-    return _Extended(curve, step, extended.beyond, extended.way)
+    return _Extended(curve, step, extended.beyond, extended.ways)
 
 
 def _smoothed(curve: Complex, sigma: float) -> Complex:
@@ -207,86 +292,58 @@ def _smoothed(curve: Complex, sigma: float) -> Complex:
     return as_complex(np.asarray(blurred[pad:-pad], np.float64))
 
 
-def _cut_at_tips(
-    view: _View, extended: _Extended, seen: CrossSections, last_length: float
-) -> BodyPath | None:
+def _cut_at_ends(
+    view: _View,
+    extended: _Extended,
+    along: _Along,
+    seen: CrossSections,
+    end_sd: tuple[float, float],
+    frames: int,
+) -> SlidBody | None:
     """Cut the path where the body ends."""
-    body, settings = view.body, view.settings
-    total = float(complex_arc_length(extended.curve)[-1])
-    start = _tip(view, extended.curve, extended, seen)
-    from_end = _tip(view, extended.curve[::-1], extended, seen.from_other_end)
-    stop = None if from_end is None else total - from_end
-    was_first, was_last = extended.beyond * extended.step, total - extended.beyond * extended.step
-    if (
-        start is not None
-        and stop is not None
-        and abs(log(max(stop - start, 1.0) / body.length)) > settings.most_log_length_over_expected
-    ):
-        # One of both is the edge of another part: that which is farther from where it should be.
-        off_first = abs(start - (was_first - extended.way))
-        off_last = abs(stop - (was_last - extended.way))
-        start, stop = (start, None) if off_first < off_last else (None, stop)
-    if start is None:
-        if stop is None:
-            stop = was_last - extended.way + 0.5 * (body.length - last_length)
-        start = _unseen_tip(stop - body.length, view, extended, seen)
-    elif stop is None:
-        from_end = total - start - body.length
-        stop = total - _unseen_tip(from_end, view, extended, seen.from_other_end)
-    start, stop = max(start, 0.0), min(stop, total)
+    body, settings, step = view.body, view.settings, extended.step
+    curve = extended.curve
+    total = step * (len(curve) - 1)
+    was = BodyEnd(extended.beyond * step, end_sd[0])
+    last = was, BodyEnd(total - was.at, end_sd[1])
+    expected = last[0].at - extended.ways[0], last[1].at - extended.ways[1]
+    odds = _log_odds(seen, along, settings)
+    length = body.length, body.length_sd
+    ends = find_ends(odds, step, body.width, expected, last, length, frames, settings.ends)
+    start = _sharpened(view, curve, along, ends[0].at, total)
+    stop = total - _sharpened(view, curve[::-1], along, total - ends[1].at, total, turned=True)
     if stop - start < settings.least_length_over_expected * body.length:
         return None
-    curve = evenly(extended.curve, nodes_for(stop - start, body.width), start, stop)
-    return BodyPath(curve, 0.5 * ((was_first - start) + (was_last - stop)))
+    cut = evenly(curve, nodes_for(stop - start, body.width), max(start, 0.0), min(stop, total))
+    ways = (last[0].at - start) / frames, (last[1].at - stop) / frames
+    return SlidBody(BodyPath(cut, ways), ends)
 
 
-def _leaving(view: _View, extended: _Extended, seen: CrossSections) -> float | None:
-    """Return at which node, between nodes, the path leaves the object beyond the first end."""
-    body, settings = view.body, view.settings
-    inside = settings.tip_start_inside_widths * body.width + abs(extended.way)
-    last = extended.beyond + round(inside / extended.step)
-    edge = settings.sections.edge_over_body_level * body.level
-    below = seen.spine[last::-1] < edge
-    if below[0] or not below.any():
-        return None
-    node = last - int(below.argmax())
-    high, low = float(seen.spine[node + 1]), float(seen.spine[node])
-    return node + (edge - low) / max(high - low, 1e-6)
+def _log_odds(seen: CrossSections, along: _Along, settings: PathFollowingSettings) -> Floats:
+    """Return the log odds of the body being at each node, by the darkness there."""
+    covers = along.covers
+    without = np.where(covers.middle, covers.level, 0.0)
+    with_it = np.where(covers.middle, covers.level + covers.darkening * along.level, along.level)
+    sd = settings.ends.level_sd_relative * along.level
+    odds = (seen.spine - (with_it + without) / 2) * (with_it - without) / np.maximum(sd, 1.0) ** 2
+    border = covers.either & ~covers.middle
+    return np.where(border & (odds > 0), 0.0, odds)
 
 
-def _tip(view: _View, curve: Complex, extended: _Extended, seen: CrossSections) -> float | None:
-    """Return the arc length at which the body's first end is seen; None where it is not.
-
-    It is where the path leaves the object, if the body has sides before it. Without them that is
-    the edge of a part that lies across.
-    """
-    node = _leaving(view, extended, seen)
-    if node is None:
-        return None
-    settings = view.settings
-    near, far = (
-        int(node) + 1 + round(widths * view.body.width / extended.step)
-        for widths in (settings.sides_near_tip_widths, settings.sides_far_from_tip_widths)
-    )
-    sides = seen.has_edge[near:far]
-    if not len(sides) or sides.mean() < settings.least_part_with_sides:
-        return None
-    return _entry(view, curve, node * extended.step)
+def _sharpened(
+    view: _View, curve: Complex, along: _Along, at: float, total: float, turned: bool = False
+) -> float:
+    """Return the arc length of a path's first end below a pixel, where it is in clear water."""
+    n = len(curve)
+    k = min(max(round(at / total * (n - 1)), 0), n - 1)
+    k = n - 1 - k if turned else k
+    return at if along.covers.either[k] else _entry(view, curve, at, along.level[k])
 
 
-def _unseen_tip(at: float, view: _View, extended: _Extended, seen: CrossSections) -> float:
-    """Return the arc length of a first end that is not seen: where the length has it, but occluded.
-
-    It cannot lie in the open, beyond the object.
-    """
-    node = _leaving(view, extended, seen)
-    return at if node is None else max(at, node * extended.step)
-
-
-def _entry(view: _View, curve: Complex, at: float) -> float:
+def _entry(view: _View, curve: Complex, at: float, level: float) -> float:
     """Return the arc length at which a path enters the body, sought near one found on its nodes."""
     settings = view.settings
-    edge = settings.sections.edge_over_body_level * view.body.level
+    edge = settings.sections.edge_over_body_level * level
     reach, step = settings.tip_search_px, settings.tip_step_px
     s = complex_arc_length(curve)
     k = min(max(int(np.searchsorted(s, at)), 4), len(curve) - 4)

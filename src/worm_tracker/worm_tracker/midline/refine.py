@@ -75,6 +75,8 @@ class RefinedMidline:
         (u, v) at equal steps from tip to tip.
     widths : ndarray, shape (TRACKED_POINTS,)
         Distance of the half-height edges; NaN-free, zero at the tips.
+    levels : ndarray, shape (TRACKED_POINTS,)
+        Signal on the midline; towards a tip that of the last cross-section.
     level : float
         Median signal on the midline.
     edges_found : float
@@ -85,6 +87,7 @@ class RefinedMidline:
 
     points: Floats
     widths: Floats
+    levels: Floats
     level: float
     edges_found: float
     area: float
@@ -127,11 +130,13 @@ def refine(
     whole = with_tips(signal, body.curve, level, width, settings.tips)
     s_whole = complex_arc_length(whole)
     s, across = _widths_to_tips(whole, s_whole, body)
+    begins = 1 if whole[0] != body.curve[0] else 0
     area, centre = _area(np.interp(s, s_whole, whole), s, across)
     grid = s_whole[-1] * unit_grid(TRACKED_POINTS)
     return RefinedMidline(
         points=as_points(np.interp(grid, s_whole, whole) + complex(*origin)),
         widths=np.interp(grid, s, across),
+        levels=np.interp(grid, s_whole[begins : begins + len(body.level)], body.level),
         level=level,
         edges_found=body.edges_found,
         area=area,

@@ -1,0 +1,58 @@
+"""Whether a first body may be one laid double: a part of it is darker, or broader, than the rest.
+
+A worm that lies exactly on itself, or close beside itself, when a film begins looks like a shorter
+one. What gives it away is a step: a darkness, or a width, that is even on either side of it and
+clearly different. A skin varies, and a body tapers, but neither steps.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from worm_msgs_py.arrays import Floats
+from worm_tracker.midline.refine import RefinedMidline
+
+
+@dataclass(frozen=True, slots=True)
+class DoubledSettings:
+    """Which step is that of a body laid double."""
+
+    end_part: float = 0.12
+    """Part of the length at either end that does not count: a body tapers there."""
+    least_step_relative: float = 0.18
+    """Difference over the lower value from which on it is a step."""
+    most_scatter_relative: float = 0.06
+    """Most that either side of the step may scatter about its own median."""
+    least_part: float = 0.08
+    """Least part of the body on either side."""
+
+
+def looks_doubled(body: RefinedMidline, settings: DoubledSettings) -> bool:
+    """Tell whether a body's darkness or width falls into two even parts."""
+    cut = round(settings.end_part * len(body.levels))
+    inner = slice(cut, len(body.levels) - cut)
+    return _steps(body.levels[inner], settings) or _steps(body.widths[inner], settings)
+
+
+def _steps(values: Floats, settings: DoubledSettings) -> bool:
+    """Tell whether values fall into two groups, each of its own level."""
+    ordered = np.sort(values)
+    n = len(ordered)
+    least = max(2, round(settings.least_part * n))
+    count = np.arange(1, n)
+    total = np.cumsum(ordered)
+    low, high = total[:-1] / count, (total[-1] - total[:-1]) / (n - count)
+    between = count * (n - count) * (high - low) ** 2
+    between[: least - 1] = 0.0
+    between[n - least :] = 0.0
+    k = int(between.argmax()) + 1
+    below, above = float(np.median(ordered[:k])), float(np.median(ordered[k:]))
+    if above < (1 + settings.least_step_relative) * below:
+        return False
+    scatter = (_scatter(ordered[:k], below), _scatter(ordered[k:], above))
+    return max(scatter) < settings.most_scatter_relative
+
+
+def _scatter(values: Floats, about: float) -> float:
+    """Return the robust relative scatter of values about their median."""
+    return 1.4826 * float(np.median(np.abs(values - about))) / max(about, 1e-9)

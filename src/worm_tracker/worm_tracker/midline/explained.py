@@ -1,0 +1,237 @@
+"""What of an object a body with this midline does not explain, and what of the body is not there.
+
+Every point of a worm's picture lies on some part of its body, and every part of its body is in the
+picture. What is left over, in squared widths, is a sign of a midline that is wrong however much of
+the object it explains: a tip that sticks out, a strand taken for two, a body drawn into clear
+water. Where overlaps are darker, a dark place under one strand alone, or two strands in a place
+that is not dark, tell as much.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_msgs_py.arrays import Floats, Picture
+from worm_tracker.midline.curve import as_complex, complex_arc_length
+
+Image = cv2.typing.MatLike
+
+
+@dataclass(frozen=True, slots=True)
+class ExplainedSettings:
+    """Which pixels count as left over."""
+
+    rim_widths: float = 0.12
+    """How near to an edge object and body need not agree: edges are blurred, widths vary."""
+    least_rim_px: float = 1.0
+    """The same at least."""
+    strand_widths: float = 2.0
+    """Length of the pieces that a body is drawn in: two that are not neighbours are two strands."""
+    kink_rad: float = 0.25
+    """Turn between two points of a midline from which on it is drawn with a round joint."""
+    dark_over_darkening: float = 0.5
+    """Part of the darkening of an overlap from which on a place is dark."""
+    most_left_over: float = 0.2
+    most_overlap: float = 0.3
+    """What may be left over of an object, and of its dark places, for a propagated midline to be
+    believed, squared widths."""
+    most_in_water_px2: float = 65.0
+    """What of a body may lie in the water, pixels, where that is more: a narrow body's width is
+    known the less well."""
+    most_of_contour_body: float = 2.0
+    most_of_folded_body: float = 0.5
+    """What a body found by its contour may leave unexplained, squared widths: an open one, whose
+    sharp corners a first midline cuts; and one that lies near itself."""
+    end_widths: float = 1.5
+    """How far from its ends something beside an open body is no part of it."""
+    least_dark_widths2: float = 0.4
+    """Area that is dark from which on overlaps are darker."""
+    dark_open_over_folded: float = 4.0
+    """How many times that where a body does not lie near itself: debris on it is dark, too."""
+    most_darkening: float = 0.7
+    """What is darker than that is no overlap: the worm itself takes away part of the light."""
+    least_darkening: float = 0.2
+    """Darkening from which on overlaps are told by it."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Unexplained:
+    """What does not agree, the largest connected piece of each kind, in squared widths.
+
+    Attributes
+    ----------
+    left_over : float
+        Object where there is no body.
+    in_water : float
+        Body where there is no object.
+    overlap : float
+        Dark places under one strand, or two strands in places that are not dark.
+    agreement : float
+        Intersection over union of body and object.
+    u, v : float
+        Centroid of what of the object is near the body, in the masks' coordinates.
+    wanted : ndarray of uint8, shape (h, w)
+        Not zero where a part of the body is missing: objects left over, dark places under one
+        strand.
+    """
+
+    left_over: float
+    in_water: float
+    overlap: float
+    agreement: float
+    u: float
+    v: float
+    wanted: Picture
+
+    @property
+    def total(self) -> float:
+        """All of it."""
+        return self.left_over + self.in_water + self.overlap
+
+    def over_limits(self, width: float, settings: ExplainedSettings) -> float:
+        """Return how many times what may be left over is, for a body of some width in pixels."""
+        water = settings.most_in_water_px2 / width**2
+        return max(
+            self.left_over / settings.most_left_over,
+            self.in_water / max(settings.most_left_over, water),
+            self.overlap / settings.most_overlap,
+        )
+
+    def wants_near(self, points: Floats, distance: float) -> bool:
+        """Tell whether something is missing as near as this to one of some points (n, 2)."""
+        v, u = np.nonzero(self.wanted)
+        away = np.hypot(u[:, None] - points[:, 0], v[:, None] - points[:, 1])
+        return bool((away < distance).any())
+
+
+def unexplained(
+    mask: Picture,
+    dark: Picture | None,
+    points: Floats,
+    widths: Floats,
+    width: float,
+    settings: ExplainedSettings,
+) -> Unexplained:
+    """Compare a body with the object that it is to be.
+
+    Parameters
+    ----------
+    mask : ndarray of uint8, shape (h, w)
+        The object, holes open; 0 or 255.
+    dark : ndarray of uint8, shape (h, w), or None
+        Where it is darker than one layer; None where overlaps are not known to be darker.
+    points : ndarray, shape (n, 2)
+        The midline in the mask's coordinates.
+    widths : ndarray, shape (n,)
+    width : float
+        The body's, pixels.
+    settings : ExplainedSettings
+    """
+    body, twice = strands(mask.shape, points, widths, width, settings)
+    rim = max(settings.rim_widths * width, settings.least_rim_px)
+    left_over = cv2.bitwise_and(mask, cv2.bitwise_not(_grown(body, rim)))
+    wanted = left_over
+    in_water = cv2.bitwise_and(body, cv2.bitwise_not(_grown(mask, rim)))
+    overlap = 0.0
+    if dark is not None:
+        single = cv2.bitwise_and(dark, cv2.bitwise_not(_grown(twice, 1.5 * rim)))
+        wanted = cv2.bitwise_or(wanted, single)
+        pale = cv2.bitwise_and(_shrunk(twice, rim), cv2.bitwise_not(_grown(dark, rim)))
+        overlap = _largest(_shrunk(single, rim)) + _largest(pale)
+    scale = width**-2
+    near = cv2.moments(cv2.bitwise_and(mask, _grown(body, rim)), binaryImage=True)
+    pixels = max(near["m00"], 1.0)
+    return Unexplained(
+        _largest(_opened(left_over)) * scale,
+        _largest(_opened(in_water)) * scale,
+        overlap * scale,
+        cv2.countNonZero(mask & body) / max(cv2.countNonZero(mask | body), 1),
+        near["m10"] / pixels,
+        near["m01"] / pixels,
+        np.asarray(wanted, np.uint8),
+    )
+
+
+def strands(
+    shape: tuple[int, ...],
+    points: Floats,
+    widths: Floats,
+    width: float,
+    settings: ExplainedSettings,
+) -> tuple[Picture, Picture]:
+    """Draw a body; return where it is, and where two strands of it are; 0 or 255."""
+    line = as_complex(points)
+    tangent = np.gradient(line)
+    tangent /= np.maximum(np.abs(tangent), 1e-9)
+    side = 1j * tangent * np.maximum(widths, 1.0) / 2
+    left, right = (_fixed(line + sign * side) for sign in (1, -1))
+    s = complex_arc_length(line)
+    pieces = max(1, round(s[-1] / (settings.strand_widths * width)))
+    cuts = np.searchsorted(s, np.linspace(0, s[-1], pieces + 1)[1:-1])
+    cuts = np.unique(np.concatenate([[0], cuts, [len(line) - 1]]))
+    d = np.diff(line)
+    sharp = np.abs(np.angle(d[1:] * d[:-1].conj())) > settings.kink_rad
+    kinks = 1 + np.flatnonzero(sharp)
+    number = np.zeros(shape, np.uint8)  # of the last piece that covers a pixel, from 2 on
+    twice = np.zeros(shape, np.uint8)
+    for k in range(len(cuts) - 1):
+        part = slice(cuts[k], cuts[k + 1] + 1)
+        outline = np.concatenate([left[part], right[part][::-1]])
+        u, v, w, h = cv2.boundingRect(outline >> 4)
+        u0, v0 = max(u - 1, 0), max(v - 1, 0)
+        window = np.s_[v0 : v + h + 2, u0 : u + w + 2]
+        before = number[window]
+        if not before.size:
+            continue
+        piece = np.zeros(before.shape, np.uint8)
+        for j in kinks[(kinks >= part.start) & (kinks < part.stop)]:  # round on the outer side
+            centre = (_fixed(line[j : j + 1]) - 16 * np.array([u0, v0]))[0]
+            radius = round(8 * float(widths[j]))
+            cv2.circle(piece, tuple(centre.tolist()), radius, 255, -1, cv2.LINE_8, 4)
+        for j in range(part.start, part.stop - 1):
+            quad = np.array([left[j], left[j + 1], right[j + 1], right[j]])
+            cv2.fillConvexPoly(piece, quad - 16 * np.array([u0, v0]), 255, cv2.LINE_8, 4)
+        others = cv2.inRange(before, 1, k)  # k is that of the piece before the last one
+        twice[window] |= np.asarray(cv2.bitwise_and(piece, others), np.uint8)
+        before[piece > 0] = k + 2
+    return np.asarray((number > 0).view(np.uint8) * 255, np.uint8), twice
+
+
+def dark_places(
+    signal: Picture, level: float, darkening: float, settings: ExplainedSettings
+) -> Picture:
+    """Return where a signal is that of two layers rather than of one; 0 or 255."""
+    threshold = level * (1 + settings.dark_over_darkening * darkening)
+    _, dark = cv2.threshold(signal, threshold, 255, cv2.THRESH_BINARY)
+    return np.asarray(dark, np.uint8)
+
+
+def _fixed(line: NDArray[np.complex128]) -> NDArray[np.int32]:
+    return np.rint(16 * np.stack([line.real, line.imag], axis=1)).astype(np.int32)
+
+
+def _kernel(radius: float) -> NDArray[np.uint8]:
+    size = 2 * max(1, round(radius)) + 1
+    return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
+
+
+def _grown(mask: Image, radius: float) -> Image:
+    return cv2.dilate(mask, _kernel(radius))
+
+
+def _shrunk(mask: Image, radius: float) -> Image:
+    return cv2.erode(mask, _kernel(radius))
+
+
+def _opened(mask: Image) -> Image:
+    return cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
+
+
+def _largest(mask: Image) -> float:
+    """Return the area of the largest connected piece of a mask, pixels."""
+    if not cv2.countNonZero(mask):
+        return 0.0
+    _, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+    return float(stats[1:, cv2.CC_STAT_AREA].max())

@@ -1,0 +1,130 @@
+"""Lays the ends of a body anew where it does not explain its object: along the arc that does best.
+
+A head that turns sharply, or comes out from under another part elsewhere than it was expected, is
+not found by sliding a body along its path. Its last stretch is taken off and laid along arcs of all
+curvatures; the arc is taken that stays on the object and covers most of what is missing.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from worm_msgs_py.arrays import Complex, Floats, Picture
+from worm_tracker.midline.cross_sections import interpolate
+from worm_tracker.midline.path import BodyPath, evenly, nodes_for
+
+
+@dataclass(frozen=True, slots=True)
+class RegrowSettings:
+    """Which arcs are tried."""
+
+    cut_widths: tuple[float, ...] = (0.7, 1.5, 3.0, 5.0)
+    """How much of an end is taken off."""
+    beyond_widths: float = 2.5
+    """How far an arc may lead beyond what was taken off."""
+    most_curvature_per_width: float = 1.1
+    """Turn of the tightest arc over a width, radians."""
+    arcs: int = 13
+    """Curvatures that are tried, of either sign."""
+    nodes_per_width: float = 4.0
+    side_widths: float = 0.3
+    """How far to either side of an arc there must be object, too."""
+    price_per_width: float = 0.15
+    """What an arc must cover of what is missing, over its own length, to be made longer."""
+    bend_half_widths: float = 0.6
+    least_bend_height_widths: float = 0.3
+    """How far a bend stands out over that much to either side, if it may be one laid too short."""
+    off_object_cost: float = 3.0
+    """What a stretch off the object costs, over one that covers what is missing."""
+
+
+def regrown(
+    path: BodyPath,
+    mask: Picture,
+    wanted: Picture,
+    width: float,
+    last_end: bool,
+    settings: RegrowSettings,
+) -> BodyPath | None:
+    """Return a path with one end laid anew; None where that covers nothing that is missing.
+
+    Parameters
+    ----------
+    path : BodyPath
+        In the masks' coordinates.
+    mask, wanted : ndarray of uint8, shape (h, w)
+        The object, and what of it is missing in the body; not zero there.
+    width : float
+        The body's, pixels.
+    last_end : bool
+        Whether the path's last end is meant, rather than its first.
+    settings : RegrowSettings
+    """
+    curve = path.curve if last_end else path.curve[::-1]
+    step = width / settings.nodes_per_width
+    curvature = np.linspace(-1, 1, settings.arcs) * settings.most_curvature_per_width / width
+    best: tuple[float, Complex] | None = None
+    for cut in settings.cut_widths:
+        stem = curve[: max(len(curve) - round(cut * width / path.step), 8)]
+        heading = np.angle(stem[-1] - stem[-6])
+        count = round((cut + settings.beyond_widths) * settings.nodes_per_width)
+        turn = heading + curvature[:, None] * step * (np.arange(count) + 0.5)
+        arcs = stem[-1] + np.cumsum(step * np.exp(1j * turn), axis=1)
+        gain = _gain(arcs, np.exp(1j * turn), mask, wanted, width, settings)
+        k, j = np.unravel_index(int(gain.argmax()), gain.shape)
+        if gain[k, j] > 0 and (best is None or gain[k, j] > best[0]):
+            best = float(gain[k, j]), np.concatenate([stem, arcs[k, : j + 1]])
+    if best is None:
+        return None
+    line = evenly(best[1], nodes_for(float(np.abs(np.diff(best[1])).sum()), width))
+    return BodyPath(line if last_end else line[::-1])
+
+
+def _gain(
+    arcs: Complex,
+    tangent: Complex,
+    mask: Picture,
+    wanted: Picture,
+    width: float,
+    settings: RegrowSettings,
+) -> Floats:
+    """Return what each arc, cut off after each node, covers of what is missing, less its costs."""
+    side = 1j * tangent * settings.side_widths * width
+    on = [interpolate(mask, arcs + sign * side) > 127 for sign in (-1, 0, 1)]
+    covers = [interpolate(wanted, arcs + sign * side) > 127 for sign in (-1, 0, 1)]
+    off = 1 - np.mean(on, axis=0)
+    per_node = np.mean(covers, axis=0) - settings.off_object_cost * off
+    per_node -= settings.price_per_width
+    return np.asarray(np.cumsum(per_node, axis=1) + settings.price_per_width * 2, np.float64)
+
+
+def stretched_bend(
+    path: BodyPath, wanted: Picture, width: float, settings: RegrowSettings
+) -> BodyPath | None:
+    """Return a path whose sharp bend reaches into what is missing beyond it; None where none is.
+
+    A hairpin that closes has no inner edge, and what smooths a path pulls its bend in.
+    """
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(wanted, connectivity=8)
+    if count < 2:
+        return None
+    v, u = np.nonzero(labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
+    missing = u + 1j * v
+    curve = path.curve
+    k = int(np.abs(curve[:, None] - missing.mean()).min(axis=1).argmin())
+    reach = max(1, round(settings.bend_half_widths * width / path.step))
+    if not reach <= k < len(curve) - reach:
+        return None
+    way = curve[k] - (curve[k - reach] + curve[k + reach]) / 2
+    if abs(way) < settings.least_bend_height_widths * width:
+        return None
+    way /= abs(way)
+    ahead = float(((missing - curve[k]) * way.conjugate()).real.max()) - width / 2
+    if not 0 < ahead < width:
+        return None
+    nodes = np.arange(len(curve)) - k
+    weight = np.clip(1 - np.abs(nodes) / reach, 0.0, None) ** 0.5
+    moved = curve + weight * ahead * way
+    length = float(np.abs(np.diff(moved)).sum())
+    return BodyPath(evenly(moved, nodes_for(length, width)), path.ways)

@@ -1,0 +1,74 @@
+"""Where a body lies on or beside itself: which points of its path other parts of it cover.
+
+Only there do an edge or an end of the body stay unseen, or look darker; everywhere else the picture
+tells them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from worm_msgs_py.arrays import Complex, Floats, Mask
+
+
+@dataclass(frozen=True, slots=True)
+class SelfCoverSettings:
+    """Which parts of a body are others, and where they lie over a point."""
+
+    least_way_between_parts_widths: float = 1.5
+    """Distance along the body from which on two points are of different parts: the two sides of the
+    tightest bend are hardly farther apart."""
+    nodes_per_disc: int = 2
+    """Nodes of a path for each disc that stands for a piece of the body."""
+
+
+def covered_by_others(
+    at: Complex,
+    path: Complex,
+    half: Floats,
+    body: slice,
+    step: float,
+    margin_px: float,
+    settings: SelfCoverSettings,
+) -> Mask:
+    """Tell which points beside a path lie under another part of the body.
+
+    Parameters
+    ----------
+    at : ndarray of complex, shape (n, m)
+        Points that belong to the path's nodes, u + iv.
+    path : ndarray of complex, shape (n,)
+        The path at equal steps.
+    half : ndarray, shape (n,)
+        Half the body's width there, pixels.
+    body : slice
+        Nodes at which the body is thought to be.
+    step : float
+        Distance of the nodes, pixels.
+    margin_px : float
+        How far beyond its edge (negative: within it) a part still counts as covering.
+    settings : SelfCoverSettings
+
+    Returns
+    -------
+    ndarray of bool, shape (n, m)
+    """
+    first, last, _ = body.indices(len(path))
+    parts = np.arange(first, last, settings.nodes_per_disc)
+    discs = path[parts].astype(np.complex64)
+    radius = np.maximum(half[parts] + margin_px, 0.0).astype(np.float32)
+    width = 2 * float(np.median(half[first:last])) if last > first else 0.0
+    apart = settings.least_way_between_parts_widths * width / max(step, 1e-9)
+    other = np.abs(np.arange(len(path))[:, None] - parts) > apart
+    away = at.astype(np.complex64)[:, :, None] - discs
+    near = away.real**2 + away.imag**2 < radius**2
+    return np.asarray((near & other[:, None, :]).any(axis=2))
+
+
+def lies_near_itself(path: Complex, width: float, step: float, far_widths: float = 2.2) -> bool:
+    """Tell whether two parts of a path are so near that one can hide an edge of the other."""
+    coarse = path[:: max(1, round(0.5 * width / step))].astype(np.complex64)
+    n = len(coarse)
+    away = np.abs(coarse[:, None] - coarse)
+    k = np.arange(n)
+    return bool((away[np.abs(k[:, None] - k) > 6] < far_widths * width).any())

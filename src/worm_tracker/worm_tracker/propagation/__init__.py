@@ -1,0 +1,1 @@
+"""Propagates a midline through folds, where the contour gives none."""

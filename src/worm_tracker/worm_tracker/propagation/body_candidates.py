@@ -1,0 +1,246 @@
+"""Bodies that may be the worm's in an object that touches itself, and how well each explains it.
+
+A body is slid along itself; its bends and ends are laid anew where something is left over; and a
+deformable one is fitted where that does not do.
+"""
+
+from dataclasses import dataclass, field, replace
+from math import log, sqrt
+
+from worm_msgs_py.arrays import Floats, Picture
+from worm_tracker.detection.detection import Detection
+from worm_tracker.midline.body_model import BodyModel, end_displacement
+from worm_tracker.midline.deformable_fit import BodyFitSettings, fit_body
+from worm_tracker.midline.explained import (
+    ExplainedSettings,
+    Unexplained,
+    dark_places,
+    unexplained,
+)
+from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
+from worm_tracker.midline.path_following import (
+    ExpectedBody,
+    PathFollowingSettings,
+    slide_along_path,
+)
+from worm_tracker.midline.refine import RefinedMidline
+from worm_tracker.midline.regrow import RegrowSettings, regrown, stretched_bend
+from worm_tracker.midline.self_cover import lies_near_itself
+from worm_tracker.worm_track import PropagatedBody
+
+
+@dataclass(frozen=True, slots=True)
+class PropagationSettings:
+    """What a propagated body must explain of the picture, and what it may change."""
+
+    first_expected_agreement: float = 0.95
+    """What a body is expected to agree with the picture that touches itself for the first time."""
+    expected_agreement_lost_per_frame: float = 0.005
+    """What that expectation loses in a frame: a tighter coil is drawn less well."""
+    most_agreement_lost_sliding: float = 0.02
+    """How much less than expected a slid body may have before others are tried."""
+    most_agreement_lost_unsure: float = 0.06
+    """The same where a slid body does not explain all: it is followed, but not told."""
+    most_agreement_lost_resliding: float = 0.02
+    """How much less than the fitted body the one slid from it, below a pixel, may have."""
+    end_displacement_cost_per_length: float = 0.3
+    """What moving an end by a length takes off a body's score."""
+    log_stretch_cost: float = 1.0
+    """What a unit of log length takes off it."""
+    free_log_stretch: float = 0.05
+    """Log of the length over the known one that costs nothing: a worm's own stroke."""
+    unexplained_cost_per_width2: float = 0.15
+    """What a squared width that is not explained takes off it."""
+    most_stretches: int = 3
+    """How often a bend is laid anew."""
+    most_end_sd_widths: float = 0.35
+    """Standard deviation of an end's place from which on it is told as hidden."""
+    lost_over_limits: float = 6.0
+    """How many times what may be left over is left where a body is lost, and others are tried: each
+    takes long."""
+    most_turn_rad_per_width: float = 2.0
+    """Turn over a width beyond which a midline has a kink: half a turn is a body laid double."""
+    kink_cost_per_rad: float = 0.05
+    """What a radian more takes off its agreement."""
+    length_sd_over_scatter: float = 2.0
+    least_length_scatter: float = 0.03
+    """How far a folded body's length may be from the known one: that many mean deviations of the
+    open body's."""
+    length_sd_relative: float = 0.04
+    """How far the length of a body that strokes gets from what is expected, in a frame."""
+    least_agreement_backwards: float = 0.75
+    """What a body that is propagated backwards must have: nothing else supports it."""
+    most_agreement_lost_backwards: float = 0.04
+    """How much less than expected it may have."""
+    most_fits_backwards: int = 12
+    """Pictures in which a body may be fitted that does not slide there: many would take long."""
+    regrow: RegrowSettings = field(default_factory=RegrowSettings)
+    explained: ExplainedSettings = field(default_factory=ExplainedSettings)
+    path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
+    fit: BodyFitSettings = field(default_factory=BodyFitSettings)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Candidate:
+    """A body in the window, and how well it agrees with the object."""
+
+    path: BodyPath
+    agreement: float
+    unexplained: Unexplained
+    end_sd_px: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CandidateSearch:
+    """An object in its window, and the worm that is to explain it."""
+
+    signal: Picture
+    mask: Picture
+    dark: Picture | None
+    levels: Floats
+    origin: complex
+    model: BodyModel
+    body: PropagatedBody
+    last: BodyPath
+    frames: int
+    settings: PropagationSettings
+
+    @classmethod
+    def of(
+        cls,
+        detection: Detection,
+        model: BodyModel,
+        body: PropagatedBody,
+        frames: int,
+        settings: PropagationSettings,
+    ) -> "CandidateSearch":
+        """Return the search for a body in a detection."""
+        origin = complex(*detection.view.origin)
+        mask, last = detection.object_pixels(), body.path.shifted(-origin)
+        dark = None
+        if model.darkening > settings.explained.least_darkening:
+            level = model.level * detection.gain / model.gain
+            dark = dark_places(detection.view.smooth, level, model.darkening, settings.explained)
+        levels = model.levels_at(detection.gain)
+        return cls(
+            detection.view.signal, mask, dark, levels, origin, model, body, last, frames, settings
+        )
+
+    def in_picture(self, found: Candidate) -> PropagatedBody:
+        """Return a body in the picture's coordinates, and with what is expected of the next one."""
+        lost = self.settings.expected_agreement_lost_per_frame
+        expected = max(found.agreement, self.body.expected_agreement - lost)
+        path = found.path.shifted(self.origin)
+        return PropagatedBody(
+            path,
+            found.agreement,
+            expected,
+            self.origin + complex(found.unexplained.u, found.unexplained.v),
+            found.end_sd_px,
+            self.over_limits(found),
+        )
+
+    def over_limits(self, found: Candidate) -> float:
+        """Return how many times what may be left over is."""
+        return found.unexplained.over_limits(self.model.width, self.settings.explained)
+
+    def slid(self, path: BodyPath) -> Candidate | None:
+        """Return a body slid along itself."""
+        model, settings = self.model, self.settings
+        length = path.length + (path.ways[0] - path.ways[1]) * self.frames
+        sd = settings.length_sd_relative * model.length * sqrt(self.frames)
+        scatter = model.length * max(
+            settings.least_length_scatter, settings.length_sd_over_scatter * model.length_scatter
+        )
+        weight = sd**2 / (sd**2 + scatter**2)
+        length, sd = length + weight * (model.length - length), sd * sqrt(1 - weight)
+        expected = ExpectedBody(model.widths, self.levels, length, sd, model.darkening)
+        slid = slide_along_path(
+            self.signal, path, self.body.end_sd_px, expected, self.frames, settings.path_following
+        )
+        if slid is None:
+            return None
+        found = self.scored(slid.path, model.widths)
+        return replace(found, end_sd_px=(slid.ends[0].sd, slid.ends[1].sd))
+
+    def regrown(self, found: Candidate) -> Candidate:
+        """Return a body with bends or ends laid anew where that explains more of the object."""
+        for _ in range(self.settings.most_stretches):
+            bent = stretched_bend(
+                found.path, found.unexplained.wanted, self.model.width, self.settings.regrow
+            )
+            if bent is None:
+                break
+            again = replace(self.scored(bent, self.model.widths), end_sd_px=found.end_sd_px)
+            if again.unexplained.total >= found.unexplained.total:
+                break
+            found = again
+        near = self.settings.explained.end_widths * self.model.width
+        if not found.unexplained.wants_near(found.path.points[[0, -1]], 2 * near):
+            return found
+        for last_end in (False, True):
+            path = regrown(
+                found.path,
+                self.mask,
+                found.unexplained.wanted,
+                self.model.width,
+                last_end,
+                self.settings.regrow,
+            )
+            if path is None:
+                continue
+            slid = self.slid(path)
+            if slid is not None and slid.unexplained.total < found.unexplained.total:
+                found = slid
+        return found
+
+    def best(
+        self, slid: Candidate | None, starts: list[Floats], contour_body: RefinedMidline | None
+    ) -> Candidate:
+        """Return the best of all that can be tried, fits from some starts among them."""
+        model = self.model
+        starts = starts if slid is None else [*starts, slid.path.points]
+        fitted = [self.fitted(start) for start in starts]
+        best = max(fitted, key=self.score)
+        sharper = self.slid(best.path)
+        least = best.agreement - self.settings.most_agreement_lost_resliding
+        if sharper is not None and sharper.agreement >= least:
+            best = sharper
+        others = [best] if slid is None else [slid, best]
+        if contour_body is not None:
+            path = path_of(contour_body.points, None, model.width).shifted(-self.origin)
+            others.append(self.scored(path, contour_body.widths))
+        return max(others, key=self.score)
+
+    def fitted(self, start: Floats) -> Candidate:
+        """Return a deformable body fitted from a start."""
+        model = self.model
+        points = fit_body(self.mask, start, model.widths, model.length, self.settings.fit)
+        return self.scored(path_of(points, None, model.width), model.widths)
+
+    def scored(self, path: BodyPath, widths: Floats) -> Candidate:
+        """Return a body with its agreement."""
+        turn = sharpest_turn(path, self.model.width)
+        kink = max(turn - self.settings.most_turn_rad_per_width, 0.0)
+        differs = unexplained(
+            self.mask, self.dark, path.points, widths, self.model.width, self.settings.explained
+        )
+        if differs.left_over and not lies_near_itself(path.curve, self.model.width, path.step):
+            near = self.settings.explained.end_widths * self.model.width
+            if not differs.wants_near(path.points[[0, -1]], near):
+                differs = replace(differs, left_over=0.0)  # debris that hangs on to an open body
+        agreement = differs.agreement - self.settings.kink_cost_per_rad * kink
+        return Candidate(path, agreement, differs)
+
+    def score(self, found: Candidate) -> float:
+        """Return the agreement, less what the ends' displacement and the length cost."""
+        model, settings = self.model, self.settings
+        way = end_displacement(found.path.points, self.last.points) / model.length / self.frames
+        stretch = max(abs(log(found.path.length / model.length)) - settings.free_log_stretch, 0.0)
+        cost = settings.end_displacement_cost_per_length * way
+        cost += settings.unexplained_cost_per_width2 * found.unexplained.total
+        return found.agreement - cost - settings.log_stretch_cost * stretch
+
+    def leaps(self, found: Candidate) -> bool:
+        """Tell whether an end is farther from where it was than it can have got."""
+        return self.model.leaps(found.path.points, self.last.points, self.frames)

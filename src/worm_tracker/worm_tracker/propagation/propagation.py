@@ -1,0 +1,174 @@
+"""Propagates a midline where the contour gives none: forwards, and backwards out of a coil.
+
+A body is slid along itself into the next picture; where that does not explain the object, a
+deformable body is fitted. Where a body cannot be followed into a coil, or the film begins with one,
+the midline is propagated backwards in time from the first frame that has one again: a worm that
+opens tells how it lay.
+"""
+
+from collections.abc import Iterator, Sequence
+from math import ceil
+
+import cv2
+import numpy as np
+
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.status import Status
+from worm_tracker.detection.detection import Detection
+from worm_tracker.midline.body_model import BodyModel, mean_width
+from worm_tracker.midline.curve import as_points
+from worm_tracker.midline.explained import ExplainedSettings, dark_places
+from worm_tracker.midline.path import path_of
+from worm_tracker.midline.refine import RefinedMidline
+from worm_tracker.midline.self_cover import lies_near_itself
+from worm_tracker.observation import Observation
+from worm_tracker.propagation.body_candidates import CandidateSearch, PropagationSettings
+from worm_tracker.worm_track import PropagatedBody
+
+
+def propagate(
+    detection: Detection,
+    model: BodyModel,
+    last: PropagatedBody,
+    before: Floats | None,
+    frames: int,
+    contour_body: RefinedMidline | None,
+    settings: PropagationSettings,
+) -> PropagatedBody:
+    """Propagate the worm's body to an object that touches itself, from where the body was.
+
+    Parameters
+    ----------
+    detection : Detection
+        The object.
+    model : BodyModel
+        The worm.
+    last : PropagatedBody
+        Where it was in the last picture that gave a midline.
+    before : ndarray, shape (TRACKED_POINTS, 2), or None
+        Its midline in the one before, in the same order.
+    frames : int
+        How many frames ago that was, 1 for the next.
+    contour_body : RefinedMidline or None
+        A midline that the contour gave, and that cannot continue the last one: the better of both
+        is taken.
+    settings : PropagationSettings
+
+    Notes
+    -----
+    Where the body, slid along itself, explains the object about as well as it did before, nothing
+    else is tried. Else a deformable body is fitted from there, and slid once more where it was
+    found, which brings it below a pixel.
+    """
+    scene = CandidateSearch.of(detection, model, last, frames, settings)
+    slid = scene.slid(scene.last)
+    if slid is not None and scene.over_limits(slid) > 1:
+        slid = scene.regrown(slid)
+    enough = last.expected_agreement - settings.most_agreement_lost_sliding
+    if slid is not None and not scene.leaps(slid):
+        over = scene.over_limits(slid)
+        sound = slid.agreement >= enough and over <= 1
+        poor = slid.agreement < last.expected_agreement - settings.most_agreement_lost_unsure
+        followed = over < settings.lost_over_limits and not poor and contour_body is None
+        if sound or followed:
+            return scene.in_picture(slid)
+    starts = [scene.last.points]
+    if before is not None:
+        starts.append(2 * last.points - before - as_points(np.array([scene.origin])))
+    return scene.in_picture(scene.best(slid, starts, contour_body))
+
+
+def darkening_of(
+    detection: Detection, model: BodyModel, least_widths2: float, settings: ExplainedSettings
+) -> float | None:
+    """Return how much darker the object is where it is darkest; None where it is of one shade."""
+    view = detection.view
+    levels = model.levels_at(detection.gain)
+    level = float(levels.max())
+    dark = dark_places(view.smooth, level, 2 * settings.least_darkening, settings)
+    cv2.bitwise_and(dark, detection.object_pixels(), dst=dark)
+    if cv2.countNonZero(dark) < least_widths2 * model.width**2:
+        return None
+    darkening = float(np.median(view.smooth[dark > 0]) / np.median(levels)) - 1
+    return darkening if darkening < settings.most_darkening else None
+
+
+def observation_of(
+    body: PropagatedBody,
+    model: BodyModel,
+    confidence: float,
+    settings: PropagationSettings,
+) -> Observation:
+    """Return the observation of a propagated body; the centroid is that of what is seen."""
+    u, v = body.centroid.real, body.centroid.imag
+    width = mean_width(model.widths)
+    step = body.path.length / (len(body.points) - 1)
+    first, last = (
+        0 if sd < settings.most_end_sd_widths * width else 1 + ceil(2 * sd / step)
+        for sd in body.end_sd_px
+    )
+    folded = lies_near_itself(body.path.curve, width, body.path.step)
+    seen = Status.FOLDED if folded else Status.TRACKED
+    return Observation(
+        Status.END_HIDDEN if first or last else seen,
+        u,
+        v,
+        body.points,
+        model.widths,
+        confidence,
+        width,
+        occluded=(min(first, len(body.points)), min(last, len(body.points))),
+        end_sd_px=body.end_sd_px,
+    )
+
+
+def propagate_back(
+    model: BodyModel,
+    opened: Observation,
+    detections: Sequence[Detection],
+    settings: PropagationSettings,
+) -> Iterator[Observation | None]:
+    """Propagate a midline back through the pictures before it.
+
+    Parameters
+    ----------
+    model : BodyModel
+        The worm.
+    opened : Observation
+        The frame that has a midline, in the order of the body model's widths.
+    detections : sequence of Detection
+        The object in the pictures before, the latest first.
+    settings : PropagationSettings
+
+    Yields
+    ------
+    Observation or None
+        For each of these pictures, until the body no longer explains the object; None where it
+        does not explain all of it.
+    """
+    path = path_of(opened.points, None, model.width)
+    last = PropagatedBody(path, opened.confidence, opened.confidence)
+    before: Floats | None = None
+    fits = 0
+    for detection in detections:
+        least = last.expected_agreement - settings.most_agreement_lost_backwards
+        found = _slid_only(detection, model, last, settings)
+        poor = found is None or found.agreement < least
+        if poor and fits < settings.most_fits_backwards:
+            fits += 1
+            found = propagate(detection, model, last, before, 1, None, settings)
+        if found is None or found.over_limits > settings.lost_over_limits:
+            return
+        sure = found.agreement >= settings.least_agreement_backwards
+        sure = sure and found.over_limits <= 1
+        yield observation_of(found, model, found.agreement, settings) if sure else None
+        before, last = last.points, found
+
+
+def _slid_only(
+    detection: Detection, model: BodyModel, last: PropagatedBody, settings: PropagationSettings
+) -> PropagatedBody | None:
+    """Slide the worm's body along itself, and try nothing else; None where that leads nowhere."""
+    scene = CandidateSearch.of(detection, model, last, 1, settings)
+    slid = scene.slid(scene.last)
+    return None if slid is None or scene.leaps(slid) else scene.in_picture(slid)
