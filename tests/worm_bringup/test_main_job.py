@@ -167,6 +167,7 @@ def drawn_body(row, shape):
     mask = np.zeros(shape, np.uint8)
     line = zip(row["midline_u_px"], row["midline_v_px"], row["midline_width_px"], strict=True)
     points = np.array(list(line), dtype=np.float64)
+    points = points[np.isfinite(points).all(axis=1)]  # a hidden end is not given
     dense = np.linspace(0, len(points) - 1, 6 * len(points))
     u, v, width = (np.interp(dense, np.arange(len(points)), column) for column in points.T)
     for centre_u, centre_v, across in zip(u, v, width, strict=True):

@@ -1,0 +1,148 @@
+"""A true body leaves nothing unexplained; a false one leaves as much as it is false."""
+
+import numpy as np
+import pytest
+from drawn_folds import BENDS, DARKENING, HEADINGS, LEVEL, WIDTHS, Drawn, as_rows, loops
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import binary_erosion, distance_transform_edt
+
+from worm_tracker.midline.explained import ExplainedSettings, dark_places, strands, unexplained
+
+SETTINGS = ExplainedSettings()
+STRAIGHT = [(10.0, 0.0)]
+ROUND_TO_ITSELF = [(4.0, 0.0), (7.5, 0.6)]
+"""A loop that leads back to just before the body's own flank."""
+ACROSS, ON_TOP, SHORT_OF_ITSELF = 5.0, 2.6, 1.0
+"""Widths from there: right across, to a tip that lies within the flank, to a tip in the loop."""
+
+
+def round_and_on(widths, width, **look):
+    return Drawn.of([*ROUND_TO_ITSELF, (widths, 0.0)], width, 0.3, **look)
+
+
+def compared(drawn, points, widths, by_darkness=True):
+    """Return what a body leaves of a picture."""
+    dark = dark_places(drawn.signal, LEVEL, DARKENING, SETTINGS) if by_darkness else None
+    return unexplained(drawn.mask, dark, points, widths, drawn.width, SETTINGS)
+
+
+def rim_widths(width):
+    return max(SETTINGS.rim_widths, SETTINGS.least_rim_px / width)
+
+
+def tolerance(width):
+    """Return what rim and rounding to pixels take off a length, or add to it, in widths."""
+    return rim_widths(width) + 2.75 / width
+
+
+@given(arcs=BENDS | loops(), width=WIDTHS, heading=HEADINGS, darker=st.booleans())
+@settings(max_examples=40)
+def test_a_true_body_leaves_nothing_whatever_its_bends_and_crossings(arcs, width, heading, darker):
+    drawn = Drawn.of(arcs, width, heading, darker=darker, noise=2.0)
+    found = compared(drawn, *drawn.claimed(), by_darkness=darker)
+    assert found.total == 0.0
+    # The body's outline is drawn through whole pixels: half of one more at either side.
+    assert found.agreement > 1 / (1 + 1.5 / width)
+
+
+@given(arcs=BENDS, width=WIDTHS, heading=HEADINGS, missing=st.floats(0.8, 3.0))
+@settings(max_examples=25)
+def test_of_a_body_cut_short_its_end_is_left_over(arcs, width, heading, missing):
+    """By as much as it was cut: both ends are half circles of one radius."""
+    drawn = Drawn.of(arcs, width, heading)
+    points, widths = drawn.claimed(last_widths=missing)
+    assume(drawn.layers.max() < 1.5)
+    assume(abs(drawn.curve[0] - drawn.curve[-1]) > (missing + 2.0) * width)
+    found = compared(drawn, points, widths)
+    assert found.left_over == pytest.approx(missing, abs=tolerance(width))
+    assert found.in_water == found.overlap == 0.0
+    assert found.wants_near(points[-1:], width)
+    assert not found.wants_near(points[:1], width)
+
+
+@given(bend=st.floats(-0.2, 0.2), width=WIDTHS, heading=HEADINGS, beyond=st.floats(0.8, 3.0))
+@settings(max_examples=25)
+def test_of_a_body_too_long_its_end_is_in_the_water(bend, width, heading, beyond):
+    """By as much as it is too long, and half a pixel at either side: whole pixels are drawn."""
+    drawn = Drawn.of([(10.0, bend)], width, heading)
+    for ends in ({"first_widths": -beyond}, {"last_widths": -beyond}):
+        found = compared(drawn, *drawn.claimed(**ends))
+        drawn_too_long = beyond * (1 + 1 / width)
+        assert found.in_water == pytest.approx(drawn_too_long, abs=tolerance(width))
+        assert found.left_over == found.overlap == 0.0
+        assert not found.wants_near(drawn.claimed()[0], drawn.width)
+
+
+@given(width=WIDTHS, aside=st.floats(0.0, 0.8))
+@settings(max_examples=25)
+def test_the_agreement_is_the_intersection_over_the_union(width, aside):
+    """Two strips of one width, one of them aside by d widths, share (1 - d) / (1 + d) of all."""
+    drawn = Drawn.of(STRAIGHT, width)
+    points, widths = drawn.claimed()
+    found = compared(drawn, points + np.array([0.0, aside * width]), widths)
+    assert found.agreement == pytest.approx((1 - aside) / (1 + aside), abs=2.0 / width)
+
+
+@pytest.mark.parametrize("width", [8.0, 12.0, 16.0])
+def test_a_dark_crossing_under_one_strand_is_told_by_its_darkness_alone(width):
+    """The tip lies within its own flank: the outline is that of a body without it."""
+    drawn = round_and_on(ON_TOP, width)
+    points, widths = drawn.claimed(last_widths=ON_TOP - SHORT_OF_ITSELF)
+    assert compared(drawn, *drawn.claimed()).total == 0.0
+    found = compared(drawn, points, widths)
+    assert found.overlap > 0.5 * (1 - 2 * rim_widths(width)) ** 2  # of a square of one width
+    assert found.in_water == 0.0
+    blind = compared(drawn, points, widths, by_darkness=False)
+    assert blind.overlap == 0.0
+    dark = found.wanted & ~blind.wanted
+    v, u = np.nonzero(dark)
+    assert len(u) > 0.5 * width**2
+    assert (drawn.layers[v, u] > 1.2).all()
+
+
+@pytest.mark.parametrize("width", [8.0, 12.0, 16.0])
+def test_two_strands_where_it_is_not_dark_are_told(width):
+    """A tip that stops at its own flank is not one that lies on it."""
+    drawn = round_and_on(SHORT_OF_ITSELF, width)
+    points, widths = drawn.claimed(last_widths=SHORT_OF_ITSELF - ON_TOP)
+    assert compared(drawn, *drawn.claimed()).total == 0.0
+    assert compared(drawn, points, widths).overlap > 0.2
+    assert compared(drawn, points, widths, by_darkness=False).overlap == 0.0
+
+
+@given(arcs=BENDS | loops(), width=WIDTHS, heading=HEADINGS)
+@settings(max_examples=25)
+def test_strands_are_drawn_where_the_renderer_has_them(arcs, width, heading):
+    drawn = Drawn.of(arcs, width, heading)
+    points, widths = drawn.claimed()
+    body, twice = strands(drawn.mask.shape, points, widths, width, SETTINGS)
+    assert body[far_from(drawn.layers < 0.9, 1.0)].all()
+    assert not body[far_from(drawn.layers > 0.1)].any()
+    assert twice[far_from(drawn.layers < 1.9)].all()
+    # Strands that only touch may share the pixels between them.
+    assert not binary_erosion(twice)[far_from(drawn.layers > 1.1)].any()
+
+
+def far_from(places, pixels=2.0):
+    """Return the pixels that are farther from all of some places than that."""
+    return distance_transform_edt(~places) > pixels
+
+
+@given(arcs=loops(), width=WIDTHS)
+@settings(max_examples=15)
+def test_dark_places_are_those_of_two_layers(arcs, width):
+    drawn = Drawn.of(arcs, width)
+    dark = dark_places(drawn.signal, LEVEL, DARKENING, SETTINGS)
+    assert dark[far_from(drawn.layers < 1.9)].all()
+    assert not dark[far_from(drawn.layers > 1.1)].any()
+
+
+def test_a_body_beyond_the_window_is_in_no_water_that_is_seen():
+    drawn = Drawn.of(STRAIGHT, 10.0)
+    points, widths = drawn.claimed()
+    found = compared(drawn, points + np.array([1000.0, 0.0]), widths)
+    assert found.in_water == 0.0
+    assert found.agreement == 0.0
+    assert found.left_over == pytest.approx(drawn.area / 100.0, rel=0.15)  # less a row of pixels
+    assert as_rows(drawn.curve).min() > 0

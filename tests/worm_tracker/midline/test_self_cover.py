@@ -1,0 +1,101 @@
+"""Where a body covers itself by its path is where the renderer lays one strand over another."""
+
+import numpy as np
+import pytest
+from drawn_folds import BENDS, HEADINGS, NODES_PER_WIDTH, WIDTHS, Drawn, laid, loops
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from worm_tracker.midline.self_cover import (
+    SelfCoverSettings,
+    covered_by_others,
+    lies_near_itself,
+)
+
+SETTINGS = SelfCoverSettings()
+ALL = slice(None)
+MARGIN_PX = 2.0
+"""Discs, subpixels and nodes: by this much an edge may be elsewhere."""
+
+
+def covered(curve, width, body=ALL, margin_px=0.0, at=None):
+    at = curve[:, None] if at is None else at
+    half, step = np.full(len(curve), width / 2), width / NODES_PER_WIDTH
+    return covered_by_others(at, curve, half, body, step, margin_px, SETTINGS)
+
+
+@given(arcs=BENDS | loops(), width=WIDTHS, heading=HEADINGS)
+@settings(max_examples=25)
+def test_the_middle_is_covered_where_the_renderer_has_two_strands(arcs, width, heading):
+    drawn = Drawn.of(arcs, width, heading)
+    inner = slice(NODES_PER_WIDTH // 2, -NODES_PER_WIDTH // 2)  # the renderer's ends are round
+    surely = covered(drawn.curve, width, inner, -MARGIN_PX)[inner, 0]
+    perhaps = covered(drawn.curve, width, inner, MARGIN_PX)[inner, 0]
+    u, v = (np.rint(x).astype(int) for x in (drawn.curve.real[inner], drawn.curve.imag[inner]))
+    assert (drawn.layers[v, u][surely] > 1.5).all()
+    assert (drawn.layers[v, u][~perhaps] < 1.5).all()
+
+
+@given(arcs=BENDS | loops(), width=WIDTHS, margin=st.floats(-3.0, 3.0), more=st.floats(0.0, 3.0))
+@settings(max_examples=25)
+def test_a_wider_margin_covers_no_less(arcs, width, margin, more):
+    curve = laid(arcs, width)
+    assert not (
+        covered(curve, width, ALL, margin) & ~covered(curve, width, ALL, margin + more)
+    ).any()
+
+
+@given(turn=st.floats(-0.7, 0.7), width=WIDTHS, aside=st.floats(-1.5, 1.5))
+@settings(max_examples=25)
+def test_no_single_bend_covers_anything(turn, width, aside):
+    """Neither the middle nor what is beside it: it lies under its own part of the body alone."""
+    curve = laid([(2.0, 0.0), (3.0, turn), (2.0, 0.0)], width)
+    tangent = np.gradient(curve)
+    beside = curve + 1j * tangent / np.abs(tangent) * aside * width / 2
+    assert not covered(curve, width).any()
+    if abs(aside) <= 1.0:
+        assert not covered(curve, width, at=beside[:, None]).any()
+
+
+@given(angle=st.floats(0.6, np.pi - 0.6), width=WIDTHS)
+@settings(max_examples=25)
+def test_a_crossing_is_as_long_as_its_angle_makes_it(angle, width):
+    """A strip of width w lies over a line that it meets at an angle a for w / sin a."""
+    turn = np.pi + angle
+    radius = 2.0
+    lead = radius / np.tan(angle / 2)  # from the loop's ends to where they cross
+    curve = laid([(lead + 3.0, 0.0), (turn * radius, 1 / radius), (lead + 3.0, 0.0)], width)
+    long = covered(curve, width)[:, 0].sum() / 2 / NODES_PER_WIDTH
+    assert long == pytest.approx(1 / np.sin(angle), rel=0.08, abs=0.1)
+
+
+def test_only_where_the_body_is_thought_to_be_does_it_cover():
+    """A path that is continued beyond its body across it: what is not there covers nothing."""
+    curve = laid([(4.0, 0.0), (7.5, 0.6), (5.0, 0.0)], 10.0)
+    over = np.flatnonzero(covered(curve, 10.0)[:, 0])
+    under = over[over < len(curve) // 2]
+    body = slice(0, 11 * NODES_PER_WIDTH)  # up to the loop's end
+    assert len(under) > NODES_PER_WIDTH // 2
+    assert not covered(curve, 10.0, body)[under].any()
+    assert covered(curve, 10.0, body)[over[over > len(curve) // 2]].any()
+    assert not covered(curve, 10.0, slice(5, 5)).any()
+
+
+@given(gap=st.floats(1.0, 4.0), width=WIDTHS, heading=HEADINGS)
+@settings(max_examples=40)
+def test_two_strands_are_near_each_other_up_to_so_many_widths(gap, width, heading):
+    curve = laid([(6.0, 0.0), (np.pi * gap / 2, 2 / gap), (6.0, 0.0)], width, heading)
+    near = lies_near_itself(curve, width, width / NODES_PER_WIDTH)
+    if gap < 2.1:
+        assert near
+    if gap > 2.4:
+        assert not near
+
+
+@given(arcs=BENDS | loops(), width=WIDTHS)
+@settings(max_examples=25)
+def test_a_body_that_lies_on_itself_lies_near_itself(arcs, width):
+    """Sooner than anything of it is covered, or it would not be looked for."""
+    curve = laid(arcs, width)
+    if covered(curve, width, ALL, MARGIN_PX).any():
+        assert lies_near_itself(curve, width, width / NODES_PER_WIDTH)
