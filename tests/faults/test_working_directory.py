@@ -22,7 +22,8 @@ def test_modules_in_the_working_directory_are_not_imported(tmp_path, how):
         text=True,
         check=False,
     )
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == 1, done.stderr
+    assert "not one of 5 frames has a pose" in done.stderr
     assert (tmp_path / "out" / "summary.json").exists()
     assert not (tmp_path / "imported").exists()
     assert bag.exists()
