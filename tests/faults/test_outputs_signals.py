@@ -44,6 +44,14 @@ os.execv(sys.argv[1], sys.argv[1:])
 """
 
 
+@pytest.fixture(autouse=True)
+def a_terminal_that_closes_is_heeded():
+    """Let SIGHUP be heeded even where the tests were started by nohup."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 def to_myself(number):
     os.kill(os.getpid(), number)
 
