@@ -22,7 +22,17 @@ from rich.console import Console
 from rich.table import Table
 from scipy.stats import binomtest
 
-from benchmarks.known_worm import KnownWorm, R, Search, Try, film, life
+from benchmarks.known_worm import (
+    Camera,
+    Emergence,
+    KnownWorm,
+    R,
+    Search,
+    Try,
+    film,
+    life,
+    paper_rule,
+)
 from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
 from worm_analysis.analysis import Analysis
 from worm_analysis.statistics.block_jackknife import Units
@@ -44,11 +54,13 @@ GOOD = 0.90
 LAWS = ("d_c_exponential_p", "d_nc_exponential_p", "delta_r_h_exponential_p")
 
 
-def answer(worm: KnownWorm, hours: float, rate_hz: float, seed: int) -> Answer:
+def answer(
+    worm: KnownWorm, camera: Camera | None, hours: float, rate_hz: float, seed: int
+) -> Answer:
     """Return value, low and high of everything that one trial gives."""
     analysis = Analysis()
     analysis.set_geometry(worm.geometry)
-    for state in film(worm, seed, 3600 * hours, rate_hz):
+    for state in film(worm, seed, 3600 * hours, rate_hz, camera):
         analysis.push(state)
     analysis.finish()
     found = {
@@ -70,12 +82,13 @@ def answer(worm: KnownWorm, hours: float, rate_hz: float, seed: int) -> Answer:
 
 def truths(worm: KnownWorm) -> dict[str, float]:
     """Return what each quantity should be."""
+    rule = paper_rule(worm, TRUTH_SEED, TRUTH_S)
     found = {
-        "d_c": worm.d_c * 1e3,
-        "d_nc": worm.d_nc * 1e3,
-        "delta_r_h": worm.delta_r_h * 1e3,
+        "d_c": rule.d_c * 1e3,
+        "d_nc": rule.d_nc * 1e3,
+        "delta_r_h": rule.delta_r_h * 1e3,
         "v_w": worm.speed / np.sin(worm.lean) * 1e3,
-        "reversal_per_cycle": worm.reversal,
+        "reversal_per_cycle": rule.reversal,
         "psi_b_positive_peak": float(np.degrees(worm.lean)),
         "psi_b_negative_peak": -float(np.degrees(worm.lean)),
         "success": worm.success,
@@ -102,6 +115,8 @@ def _truths_of_a_long_life(worm: KnownWorm) -> dict[str, float]:
             if first_t == first_t:
                 tau.append(event.start - first_t)
             first_t = nan
+            continue
+        if isinstance(event, Emergence):
             continue
         if event.first:
             first_t = float(event.t[0])
@@ -215,11 +230,26 @@ def main() -> None:
     parser.add_argument("--hours", type=float, default=1.0, help="length of each trial")
     parser.add_argument("--rate", type=float, default=30.0, help="frames/s")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--jitter-mm", type=float, default=0.0, help="white, of the head's radius")
+    parser.add_argument("--slow-jitter-mm", type=float, default=0.0, help="correlated over 0.1 s")
+    parser.add_argument("--wall-offset-mm", type=float, default=0.0)
+    parser.add_argument("--gaps-per-min", type=float, default=0.0, help="of 0.7 s on average")
+    parser.add_argument("--half-sine", action="store_true", help="hops are half sines of depth")
+    parser.add_argument("--emerges", action="store_true", help="visits begin in the exit's mouth")
     given = parser.parse_args()
-    worm = KnownWorm()
+    worm = KnownWorm(half_sine=given.half_sine, emerges=given.emerges)
+    camera = Camera(
+        jitter=1e-3 * given.jitter_mm,
+        slow_jitter=1e-3 * given.slow_jitter_mm,
+        wall_offset=1e-3 * given.wall_offset_mm,
+        gaps_per_s=given.gaps_per_min / 60,
+        gap_s=0.7,
+    )
     truth = truths(worm)
     with ProcessPoolExecutor(given.workers) as pool:
-        answers = list(pool.map(partial(answer, worm, given.hours, given.rate), range(given.seeds)))
+        answers = list(
+            pool.map(partial(answer, worm, camera, given.hours, given.rate), range(given.seeds))
+        )
     table = Table(
         "quantity", "truth", "mean", "bias", "seeds", "held by the 95 % interval", "",
         title=f"{given.seeds} trials of {given.hours:g} h at {given.rate:g} frames/s",

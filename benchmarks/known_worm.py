@@ -2,11 +2,15 @@
 
 Slides, hops and reversals are those of the boundary walk, drawn one by one; every slide that meets
 the exit and every hop that lands in it is an attempt, which succeeds with a fixed chance and
-otherwise turns back at a depth of known law. Nothing here is shared with `worm_analysis`.
+otherwise turns back at a depth of known law. Hops are steps of depth or half sines; a visit begins
+at the wall, or in the mouth of the exit, out of which the head comes. `Camera` is what a film adds:
+jitter of the radius, a wall that is not where it is thought to be, lost frames. `paper_rule` counts
+episodes by the threshold on the radius without any of that: it is the truth that d_c, d_nc, Δr_h
+and the reversals are held to. Nothing here is shared with `worm_analysis`.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +26,8 @@ NAMES = ("chamber_a", "chamber_b")
 IN_CHAMBER = (Where.CHAMBER_A, Where.CHAMBER_B)
 BODY_M, PAUSE_S, PASSING_S = 5e-3, 0.7, 2.5
 STROKE_S, STRETCHING_M_S = 0.4, 3e-3
+TOUCH_M = 0.1 * WIDTH
+"""R − r_h of a head at the wall."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,10 @@ class KnownWorm:
     lean: float = float(np.radians(32))
     sway: float = 0.1
     """Of the body, rad: once in 12 s, and as much noise; the speed does not follow it."""
+    half_sine: bool = False
+    """Whether the depth of a hop is half a sine, from the wall on, rather than one step."""
+    emerges: bool = False
+    """Whether a visit begins in the mouth of the exit, rather than at the wall."""
 
     @property
     def half_arc(self) -> float:
@@ -59,6 +69,39 @@ class KnownWorm:
             for name in NAMES
         )
         return Geometry(1, 0, 1700, 800, chambers)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """What a film adds to the truth, SI units."""
+
+    jitter: float = 0.0
+    """Of the head's radius, anew in each frame (standard deviation)."""
+    slow_jitter: float = 0.0
+    """The same, correlated over `slow_s`."""
+    slow_s: float = 0.1
+    wall_offset: float = 0.0
+    """By how much the wall is thought to be too far outside."""
+    gaps_per_s: float = 0.0
+    """Of lost frames, each `gap_s` long on average."""
+    gap_s: float = 1.0
+
+
+@dataclass
+class Emergence:
+    """A head that comes out of the exit and crosses the chamber to the wall at `theta`."""
+
+    chamber: int
+    start: float
+    theta: float
+
+    def duration(self, speed: float) -> float:
+        """Return how long it takes, s."""
+        return abs(self.path()[1] - self.path()[0]) / speed
+
+    def path(self) -> tuple[complex, complex]:
+        """Return where it begins and ends, m."""
+        return complex(R + 1e-6), complex((R - TOUCH_M) * np.exp(1j * self.theta))
 
 
 @dataclass
@@ -90,13 +133,20 @@ class Try:
         return PASSING_S if self.success else 2 * self.x_p / speed + PAUSE_S
 
 
-def life(worm: KnownWorm, seed: int | tuple[int, ...], until_s: float) -> Iterator[Search | Try]:
+def life(
+    worm: KnownWorm, seed: int | tuple[int, ...], until_s: float
+) -> Iterator[Search | Try | Emergence]:
     """Yield searches and attempts in turn, until a search ends after `until_s`."""
     rng = np.random.default_rng(seed)
     chamber, time, first = 0, 0.0, True
     theta, direction = rng.uniform(worm.half_arc, 2 * np.pi - worm.half_arc), 1
     direction = int(rng.choice([-1, 1]))
     while True:
+        if first and worm.emerges:
+            theta = direction * rng.uniform(np.pi / 3, 5 * np.pi / 6)
+            emergence = Emergence(chamber, time, float(theta))
+            yield emergence
+            time += emergence.duration(worm.speed)
         search = _search(worm, rng, chamber, time, theta, direction, until_s)
         search.first = first
         yield search
@@ -132,7 +182,8 @@ def _search(worm, rng, chamber, time, theta, direction, until_s):
         theta = end
         t.append(time)
         angles.append(theta)
-        depth.append(0.1 * WIDTH if sliding else THRESHOLD + rng.exponential(worm.delta_r_h))
+        above = TOUCH_M if worm.half_sine else THRESHOLD
+        depth.append(TOUCH_M if sliding else above + rng.exponential(worm.delta_r_h))
         if not sliding and rng.random() < worm.reversal:
             direction = -direction
         sliding = not sliding
@@ -150,8 +201,36 @@ def _attempt(worm, rng, chamber, time):
     return Try(chamber, time, success, float(x_p), touching, elongating)
 
 
-def film(worm: KnownWorm, seed: int, duration_s: float, rate_hz: float) -> Iterator[BodyState]:
-    """Yield the states that a tracker without error gives of it."""
+def film(
+    worm: KnownWorm, seed: int, duration_s: float, rate_hz: float, camera: Camera | None = None
+) -> Iterator[BodyState]:
+    """Yield the states that a tracker gives of it; without a camera, one without error."""
+    states = _film(worm, seed, duration_s, rate_hz)
+    return states if camera is None else _filmed(states, camera, seed, rate_hz)
+
+
+def _filmed(
+    states: Iterator[BodyState], camera: Camera, seed: int, rate_hz: float
+) -> Iterator[BodyState]:
+    rng = np.random.default_rng((seed, 2))
+    kept = float(np.exp(-1 / rate_hz / camera.slow_s))
+    slow, lost_until = rng.normal(), -1.0
+    for state in states:
+        slow = kept * slow + np.sqrt(1 - kept**2) * rng.normal()
+        fast, gap, length = rng.normal(), rng.random(), rng.exponential()
+        time_s = state.stamp_ns / 1e9
+        if gap < camera.gaps_per_s / rate_hz and time_s > lost_until:
+            lost_until = time_s + camera.gap_s * length
+        if time_s <= lost_until:
+            yield replace(state, status=Status.NO_WORM, head=Keypoint(), head_certainty=0.0)
+            continue
+        head = complex(state.head.x_m, state.head.y_m)
+        noise = camera.wall_offset - camera.jitter * fast - camera.slow_jitter * slow
+        head *= (abs(head) - noise) / abs(head)
+        yield replace(state, head=replace(state.head, x_m=float(head.real), y_m=float(head.imag)))
+
+
+def _film(worm: KnownWorm, seed: int, duration_s: float, rate_hz: float) -> Iterator[BodyState]:
     rng = np.random.default_rng((seed, 1))
     frame = 0
     length_noise = 5e-5
@@ -164,6 +243,8 @@ def film(worm: KnownWorm, seed: int, duration_s: float, rate_hz: float) -> Itera
         length = 0.02 + rng.normal(0, length_noise, len(t))
         if isinstance(event, Search):
             columns = _along_wall(worm, event, t, rng)
+        elif isinstance(event, Emergence):
+            columns = _out_of_mouth(event, t, end)
         elif event.success:
             columns = _through(event, t)
         else:
@@ -173,18 +254,84 @@ def film(worm: KnownWorm, seed: int, duration_s: float, rate_hz: float) -> Itera
             frame += 1
 
 
+def depth_at(worm: KnownWorm, search: Search, t: Floats) -> Floats:
+    """Return R − r_h at times of a search."""
+    phase = np.clip(np.searchsorted(search.t, t, side="right") - 1, 0, len(search.depth) - 1)
+    depth = np.minimum(search.depth[phase], 0.9 * R)
+    if worm.half_sine:
+        part = (t - search.t[phase]) / np.diff(search.t)[phase]
+        depth = TOUCH_M + (depth - TOUCH_M) * np.sin(np.pi * np.clip(part, 0, 1))
+    return depth
+
+
+@dataclass
+class Counted:
+    """What the paper's rule counts of a life, in m: a length in all over the number of ends."""
+
+    d_c: float
+    d_nc: float
+    delta_r_h: float
+    """Of what is deeper than the threshold."""
+    reversal: float
+    """Part of the cycles that go the other way than the one before."""
+
+
+def paper_rule(worm: KnownWorm, seed: int | tuple[int, ...], until_s: float) -> Counted:
+    """Count contacts and excursions by the paper's threshold, on the radius without noise."""
+    slides, hops, depths, turned = [], [], [], []
+    for search in life(worm, seed, until_s):
+        if not isinstance(search, Search):
+            continue
+        t, free, deepest = _crossings(worm, search)
+        length = R * np.diff(np.interp(t, search.t, search.theta))
+        slides.append(np.abs(length[~free]))
+        hops.append(np.abs(length[free]))
+        depths.append(deepest[free] - THRESHOLD)
+        n = 2 * int(free.sum())
+        turned.append(np.diff(np.sign(length[0:n:2] + length[1:n:2])) != 0)
+    n = sum(map(len, hops))
+    lengths = (float(np.concatenate(part).sum()) / n for part in (slides, hops, depths))
+    return Counted(*lengths, float(np.concatenate(turned).mean()))
+
+
+def _crossings(worm: KnownWorm, search: Search) -> tuple[Floats, NDArray[np.bool_], Floats]:
+    """Return the times at which episodes meet, which of them are free, and how deep each goes."""
+    t, free, deepest = [float(search.t[0])], [False], [0.0]
+    for k, depth in enumerate(search.depth):
+        if depth <= THRESHOLD:
+            continue
+        begin, end = float(search.t[k]), float(search.t[k + 1])
+        if worm.half_sine:
+            edge = np.arcsin((THRESHOLD - TOUCH_M) / (depth - TOUCH_M)) / np.pi * (end - begin)
+            begin, end = begin + edge, end - edge
+        t += [begin, end]
+        free += [True, False]
+        deepest += [min(float(depth), 0.9 * R), 0.0]
+    return np.array([*t, float(search.t[-1])]), np.array(free), np.array(deepest)
+
+
 def _along_wall(worm, search, t, rng):
     phase = np.clip(np.searchsorted(search.t, t, side="right") - 1, 0, len(search.depth) - 1)
     heading = np.sign(np.diff(search.theta))[phase]
     theta = np.interp(t, search.t, search.theta)
-    r = R - np.minimum(search.depth[phase], 0.9 * R)
-    if search.first:
+    r = R - depth_at(worm, search, t)
+    if search.first and not worm.emerges:
         r[0] = R - 3e-3  # it comes from the passage to the wall
     sway = worm.sway * (np.sin(2 * np.pi * t / 12) + rng.normal(0, 1, len(t)))
     direction = theta + heading * worm.lean + sway
     head = r * np.exp(1j * theta)
     centroid = head - BODY_M * np.exp(1j * direction)
     chamber = np.full(len(t), search.chamber)
+    return chamber, np.zeros(len(t), bool), head, centroid, direction
+
+
+def _out_of_mouth(emergence, t, end):
+    start, stop = emergence.path()
+    part = (t - emergence.start) / (end - emergence.start)
+    head = start + (stop - start) * part
+    direction = np.full(len(t), np.angle(stop - start))
+    centroid = head - BODY_M * np.exp(1j * direction)
+    chamber = np.full(len(t), emergence.chamber)
     return chamber, np.zeros(len(t), bool), head, centroid, direction
 
 
