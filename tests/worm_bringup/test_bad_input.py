@@ -4,12 +4,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from picture_bags import image, stamps, write_bag, write_messages
 from result_files import result_text, write_result
+from typer.testing import CliRunner
 
+from worm_bringup.cli.app import app
 from worm_bringup.outputs.results_directory import results_directory
+from worm_msgs_py.errors import BadInput
 
 SIZE = (256, 256)
 
@@ -110,6 +114,19 @@ def test_a_process_for_each_node_says_the_same(tmp_path):
     out.parent.mkdir()
     bag = films(noise)(tmp_path)
     check(replay(bag, out, "--processes"), out, ["chamber", "--no-chamber"])
+
+
+def test_a_camera_whose_pictures_show_no_chamber_is_named(tmp_path):
+    film, out = tmp_path / "film.avi", tmp_path / "out"
+    writer = cv2.VideoWriter(str(film), cv2.VideoWriter_fourcc(*"MJPG"), 25.0, SIZE, False)
+    for _ in range(12):
+        writer.write(np.zeros(SIZE, np.uint8))
+    writer.release()
+    live = ["live", "--camera", str(film), "--private", "--out", str(out)]
+    done = CliRunner().invoke(app, live)
+    assert isinstance(done.exception, BadInput)
+    assert str(done.exception).startswith(f"{film}: no chamber found")
+    assert not out.exists()
 
 
 def test_an_earlier_result_survives_bad_input(tmp_path):

@@ -53,7 +53,7 @@ def run_names(truth):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        pytest.param(lambda path, truth: None, "no such file", id="no file"),
+        pytest.param(lambda path, truth: None, "no such file; give a table", id="no file"),
         pytest.param(lambda path, truth: path.write_text("{}"), "Parquet", id="another format"),
         pytest.param(
             lambda path, truth: pq.write_table(truth.drop_columns(["head_u_px"]), path),

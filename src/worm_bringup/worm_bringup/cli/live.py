@@ -13,6 +13,7 @@ from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.trial import EndedEarly, Incomplete, Trial, run_graph, run_trial
+from worm_msgs_py.errors import BadInput, TrackerError
 from worm_tracker.sources.camera_node import RECONNECT
 from worm_tracker.sources.cameras.camera_address import Kind, kind_of, shown_address
 
@@ -85,11 +86,14 @@ def live(
         namespace=graph.namespace,
     )
     how: dict[str, Any] = {"reach": reach, "patience_s": graph.watchdog_s}
-    with progress_bar("live") as progress:
-        if out is not None:
-            result, report = run_trial(trial, out, progress, live=True, **how)
-        else:
-            result, report = run_graph(trial, None, progress, **how), None
+    try:
+        with progress_bar("live") as progress:
+            if out is not None:
+                result, report = run_trial(trial, out, progress, live=True, **how)
+            else:
+                result, report = run_graph(trial, None, progress, **how), None
+    except TrackerError as error:  # knows the pictures, not where they come from
+        raise BadInput(f"{shown_address(camera)}: {error}") from None
     if not result.complete or result.frames == 0:
         raise Incomplete(result)
     if report is not None:

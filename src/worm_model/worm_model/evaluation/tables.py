@@ -18,6 +18,7 @@ from worm_msgs_py.errors import EvaluationError
 from worm_msgs_py.files.json_files import read_json
 
 TRACKS_FILE, SUMMARY_FILE = "tracks.parquet", "summary.json"
+_WANTED = "a table such as `worm replay` and `worm simulate` write"
 _KEYPOINT_COLUMNS = tuple(f"{point}_{axis}_px" for point in KEYPOINTS for axis in "uv")
 _CIRCLE_COLUMNS = ("circle_u_px", "circle_v_px", "circle_radius_px", "exit_deg")
 
@@ -108,10 +109,12 @@ def _columns(file: Path) -> dict[str, list[Any]]:
     try:
         table = pq.read_table(file)
     except FileNotFoundError:
-        raise EvaluationError(f"{file}: there is no such file") from None
+        raise EvaluationError(f"{file}: there is no such file; give {_WANTED}") from None
     except (pa.ArrowException, OSError) as error:
         reason = str(error).splitlines()[0]
-        raise EvaluationError(f"{file}: cannot be read as a Parquet table: {reason}") from None
+        raise EvaluationError(
+            f"{file}: cannot be read as Parquet ({reason}); give {_WANTED}"
+        ) from None
     return {name: table[name].to_pylist() for name in table.column_names}
 
 

@@ -193,8 +193,8 @@ def _capture(path: Path) -> Any:
         cv2.utils.logging.setLogLevel(quiet)
     if not capture.isOpened():
         raise BadInput(
-            f"{path}: cannot be read as a video; read are what FFmpeg reads, TIFF stacks, and "
-            "folders of pictures"
+            f"{path}: cannot be read as a video; give one that FFmpeg reads, a TIFF stack, "
+            "or a folder of pictures"
         )
     capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)  # coordinates are those of the sensor
     return capture
@@ -204,7 +204,9 @@ def _stills(folder: Path) -> list[Path]:
     """Return the pictures of a folder, 2 before 10."""
     found = [file for file in folder.iterdir() if file.suffix.lower() in STILLS]
     if not found:
-        raise BadInput(f"{folder}: holds no pictures ({', '.join(STILLS)})")
+        raise BadInput(
+            f"{folder}: holds no pictures ({', '.join(STILLS)}); give a folder that does"
+        )
     return sorted(found, key=_natural)
 
 

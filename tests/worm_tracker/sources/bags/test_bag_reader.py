@@ -147,7 +147,7 @@ def test_not_a_bag(tmp_path, name, remedy):
 @pytest.mark.parametrize("name", ["nothing.mcap", "nothing.db3"])
 def test_a_file_of_no_bytes(tmp_path, name):
     (tmp_path / name).touch()
-    assert "0 bytes" in refusal(tmp_path / name)
+    assert "0 bytes); copy it again" in refusal(tmp_path / name)
 
 
 def test_a_directory_that_is_no_bag(tmp_path):

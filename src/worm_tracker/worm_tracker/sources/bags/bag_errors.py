@@ -74,7 +74,7 @@ def _why_not_storage(path: Path) -> BadInput | None:
     if not path.is_file():
         return BadInput(f"{path}: not a regular file, so not a bag; give {_KINDS_OF_BAGS}")
     if not _has_bytes(path):
-        return BadInput(f"{path}: the file is empty (0 bytes); the recorder never wrote to it")
+        return BadInput(f"{path}: the file is empty (0 bytes); copy it again, or give another")
     return None
 
 
