@@ -16,7 +16,7 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import convert, topics
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Announcement, read_announcement
-from worm_msgs_py.ros.qos import FLOW, LATCHED_SET_DEPTH
+from worm_msgs_py.ros.qos import ESTIMATES_DEPTH, FLOW, LATCHED_SET_DEPTH
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.sources.source_node import drain
 
@@ -122,6 +122,9 @@ def test_the_estimates_of_all_states_that_wait_fit_into_the_latched_topics(graph
     distributions = said.sent[topics.ANALYSIS_DISTRIBUTIONS]
     assert 100 < distributions < LATCHED_SET_DEPTH
     assert len(surroundings.got[topics.ANALYSIS_DISTRIBUTIONS]) == distributions
+    estimates = said.sent[topics.ANALYSIS_SUMMARY]
+    assert 10 < estimates < ESTIMATES_DEPTH
+    assert len(surroundings.got[topics.ANALYSIS_SUMMARY]) == estimates
 
 
 def test_states_wait_for_the_geometry_that_they_rest_on(graph):

@@ -126,7 +126,7 @@ def fit_decay_time(lag_s: Floats, c: Floats, pairs: Integers) -> float:
     return _fit_decay_time(lag_s.tobytes(), c.tobytes(), pairs.tobytes())
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=2)
 def _fit_decay_time(lags: bytes, values: bytes, weights: bytes) -> float:
     """Return the same from the arrays' bytes: the curve and the number ask one after the other."""
     lag_s, c, pairs = np.frombuffer(lags), np.frombuffer(values), np.frombuffer(weights, np.int64)

@@ -9,7 +9,7 @@ from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from worm_msgs_py import topics
-from worm_msgs_py.ros.qos import LATCHED, LATCHED_SET, RESULT
+from worm_msgs_py.ros.qos import ESTIMATES, LATCHED, LATCHED_SET, RESULT
 
 RESULTS: dict[str, tuple[type, QoSProfile]] = {
     topics.CHAMBER: (MarkerArray, LATCHED),
@@ -21,13 +21,13 @@ RESULTS: dict[str, tuple[type, QoSProfile]] = {
     topics.WORM_MIDLINE: (PointCloud2, RESULT),
     topics.ANALYSIS_STATE: (JointState, RESULT),
     topics.ANALYSIS_EVENTS: (DiagnosticArray, RESULT),
-    topics.ANALYSIS_CORRELATION: (JointTrajectory, LATCHED),
+    topics.ANALYSIS_CORRELATION: (JointTrajectory, ESTIMATES),
     topics.ANALYSIS_DISTRIBUTIONS: (Float64MultiArray, LATCHED_SET),
-    topics.ANALYSIS_SUMMARY: (DiagnosticArray, LATCHED),
+    topics.ANALYSIS_SUMMARY: (DiagnosticArray, ESTIMATES),
     topics.ANALYSIS_SUMS: (Float64MultiArray, RESULT),
     topics.MODEL_FORECAST: (JointState, RESULT),
-    topics.MODEL_COMPARISON: (JointState, LATCHED),
-    topics.MODEL_CORRELATION: (JointTrajectory, LATCHED),
+    topics.MODEL_COMPARISON: (JointState, ESTIMATES),
+    topics.MODEL_CORRELATION: (JointTrajectory, ESTIMATES),
     topics.SOURCE_EVENTS: (DiagnosticArray, RESULT),
 }
 

@@ -22,7 +22,14 @@ RESULT = _profile(RESULT_DEPTH, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOL
 """States, poses, events: nothing may be lost."""
 
 LATCHED = _profile(64, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
-"""Geometry, correlation, summary: a late subscriber gets the last ones; DDS keeps them all."""
+"""Geometry: a late subscriber gets the last ones; DDS keeps them all."""
+
+ESTIMATES_DEPTH = 24
+"""More than the estimates of all the states that the tracker may give at once. Hardly more: each
+takes up to 17 KiB, and DDS keeps so many of each topic, so that memory grows until there are."""
+
+ESTIMATES = _profile(ESTIMATES_DEPTH, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+"""Correlation, summary, comparison: as the geometry, but large."""
 
 LATCHED_SET_DEPTH = 256
 """More than the distributions of all the states that the tracker may give at once."""
