@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import log
 
-import cv2
+import numpy as np
 
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
-from worm_tracker.detection.blobs import Blob, whole_picture
+from worm_tracker.detection.blobs import Blob, BlobSettings, holds_wormlike_piece, whole_picture
 from worm_tracker.detection.debris import DebrisCuttingSettings, without_debris
 from worm_tracker.detection.detection import Detection, Missed, SignalView
 from worm_tracker.detection.occluded_body import occluded_points, with_known_width
@@ -88,11 +88,6 @@ class FollowerSettings:
     less."""
     cut_length_over_last: float = 0.97
     """The same over the length a frame before: a stroke takes off no more in a frame."""
-    least_cut_end_widths2: float = 1.5
-    touching_end_widths: float = 0.75
-    cut_end_widths: float = 1.3
-    """What was cut off is the worm's own end if it is as large as this, as near to an end, and no
-    broader: a bubble is."""
     loop_hole_widths2: float = 20.0
     """Hole, in squared widths, that may be that of a loop rather than of a bubble, where nothing is
     known of the worm yet."""
@@ -104,6 +99,7 @@ class FollowerSettings:
     propagation: PropagationSettings = field(default_factory=PropagationSettings)
     doubled: DoubledSettings = field(default_factory=DoubledSettings)
     explained: ExplainedSettings = field(default_factory=ExplainedSettings)
+    blobs: BlobSettings = field(default_factory=BlobSettings)
     cutting: DebrisCuttingSettings = field(default_factory=DebrisCuttingSettings)
 
 
@@ -210,29 +206,16 @@ class Follower:
         """Tell whether what was cut out of an object is a part of the worm, not all of it."""
         model, settings = self._track.model, self._settings
         last = self._track.bodies.last
+        width = mean_width(found.widths) if model is None else model.width
+        cut_off = np.asarray(whole.object_pixels() & ~view.object_pixels())
+        if holds_wormlike_piece(cut_off, width, settings.blobs):
+            return True
         if model is not None:
             length = length_of(found.points)
             shrunk = last is not None and length < settings.cut_length_over_last * length_of(last)
             return shrunk or length < settings.cut_length_over_known * model.length
-        if self._goes_on(found, whole):
-            return True
         # A loop that was cut open, rather than what hangs on to the worm.
-        return whole.blob.hole_area > settings.loop_hole_widths2 * mean_width(found.widths) ** 2
-
-    def _goes_on(self, found: RefinedMidline, whole: Detection) -> bool:
-        """Tell whether an end of a midline lies against something long that was cut off: itself."""
-        width = mean_width(found.widths)
-        points = whole.view.in_window(found.points)
-        settings = self._settings.explained
-        differs = unexplained(whole.object_pixels(), None, points, found.widths, width, settings)
-        if differs.left_over < self._settings.least_cut_end_widths2:
-            return False
-        contours, _ = cv2.findContours(differs.wanted, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        piece = max(contours, key=len)
-        near = -self._settings.touching_end_widths * width
-        ends = [(float(u), float(v)) for u, v in points[[0, -1]]]
-        touches = any(cv2.pointPolygonTest(piece, end, True) > near for end in ends)
-        return touches and min(cv2.minAreaRect(piece)[1]) < self._settings.cut_end_widths * width
+        return whole.blob.hole_area > settings.loop_hole_widths2 * width**2
 
     def _contour_body(self, detection: Detection) -> RefinedMidline | None:
         """Return the midline that the object's contour gives; None where it is no simple body."""

@@ -29,6 +29,10 @@ class BlobSettings:
     """Smaller objects are noise, or dust."""
     least_hole_px2: float = 4.0
     """Smaller holes are noise, and no loop."""
+    least_thickness_over_worm: float = 0.65
+    least_area_over_thickness2: float = 3.0
+    """What is at least as thick, and as long, may be a part of a worm: a bubble is as long as it is
+    thick, a fibre thinner."""
     most_log_area_ratio_of_one_worm: float = 0.3
     """Log of the ratio of two areas that may be one worm's at two times."""
 
@@ -186,6 +190,31 @@ def several_of_area(blobs: list[Blob], area: float, settings: BlobSettings) -> b
 def thickness(mask: Picture) -> float:
     """Return the width of what is thickest in a mask, at least 3 pixels."""
     return max(2 * float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max()) - 1, 3.0)
+
+
+def holds_wormlike_piece(mask: Picture, width: float, settings: BlobSettings) -> bool:
+    """Tell whether a piece of an object is long, and as thick as a worm: debris hardly is both.
+
+    Parameters
+    ----------
+    mask : ndarray of uint8, shape (h, w)
+        The pieces, not zero there.
+    width : float
+        The worm's, pixels.
+    settings : BlobSettings
+    """
+    least = settings.least_thickness_over_worm * width
+    if cv2.countNonZero(mask) < settings.least_area_over_thickness2 * least**2:
+        return False
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(least / 2) + 1,) * 2)
+    thick = cv2.morphologyEx(mask, cv2.MORPH_OPEN, kernel)
+    count, labels = cv2.connectedComponents(thick)
+    for k in range(1, count):
+        piece = np.asarray(np.pad(labels == k, 1).view(np.uint8) * 255, np.uint8)
+        longest = settings.least_area_over_thickness2 * thickness(piece) ** 2
+        if cv2.countNonZero(piece) > longest:
+            return True
+    return False
 
 
 def smoothed(signal: Picture) -> Picture:

@@ -14,6 +14,7 @@ from worm_tracker.detection.blobs import (
     Window,
     draw_blob,
     find_blobs,
+    holds_wormlike_piece,
     smoothed,
     window_around,
     window_origin,
@@ -210,7 +211,9 @@ def _debris_in(
     where |= (there > 0) & dim_places & ((ends == 0) | (signal < level))
     signal[(worm > 0) | (ends > 0)] = 0
     for debris in find_blobs(signal, level, window, settings.blobs):
-        if debris.area < settings.largest_area_over_worm * seen.model.area:
+        if debris.area > settings.largest_area_over_worm * seen.model.area:
+            continue
+        if not holds_wormlike_piece(draw_blob(debris, window), seen.model.width, settings.blobs):
             where |= (draw_blob(debris, window, 1) > 0) & (worm == 0) & (ends == 0)
     return np.asarray(where)
 

@@ -8,7 +8,7 @@ lies on itself or beside itself there is no edge, and the path alone tells. The 
 for along the path; one that cannot be seen follows from the other and from the length.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -43,6 +43,7 @@ from worm_tracker.midline.self_cover import (
     covered_by_others,
     lies_near_itself,
 )
+from worm_tracker.midline.sharp_bends import SharpBendSettings, bends_at_edges
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +77,7 @@ class PathFollowingSettings:
     cover: SelfCoverSettings = field(default_factory=SelfCoverSettings)
     ends: BodyEndsSettings = field(default_factory=BodyEndsSettings)
     continuation: ContinuationSettings = field(default_factory=ContinuationSettings)
+    bends: SharpBendSettings = field(default_factory=SharpBendSettings)
     sections: CrossSectionSettings = field(default_factory=CrossSectionSettings)
 
 
@@ -184,7 +186,7 @@ def slide_along_path(
     along = _along(view, extended)
     seen = _measured(view, extended, along)
     for k in range(settings.measurements - 1):
-        extended = _corrected(extended, seen, width, settings)
+        extended = _with_bends(view, _corrected(extended, seen, width, settings), along)
         if k == 0 or k == settings.measurements - 2:
             along = _along(view, extended)
         seen = _measured(view, extended, along)
@@ -282,6 +284,23 @@ def _corrected(
     curve = evenly(2 * once - _smoothed(once, sigma), len(moved))
     step = float(complex_arc_length(curve)[-1]) / (len(curve) - 1)
     return _Extended(curve, step, extended.beyond, extended.ways)
+
+
+def _with_bends(view: _View, extended: _Extended, along: _Along) -> _Extended:
+    """Move a path's sharp bends to where the picture ends beyond them."""
+    curve = bends_at_edges(
+        view.signal,
+        extended.curve,
+        along.half,
+        along.level,
+        view.body.width,
+        extended.step,
+        view.settings.bends,
+    )
+    if curve is extended.curve:
+        return extended
+    step = float(complex_arc_length(curve)[-1]) / (len(curve) - 1)
+    return replace(extended, curve=curve, step=step)
 
 
 def _smoothed(curve: Complex, sigma: float) -> Complex:

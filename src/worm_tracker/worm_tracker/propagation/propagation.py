@@ -168,7 +168,9 @@ def propagate_back(
 def _slid_only(
     detection: Detection, model: BodyModel, last: PropagatedBody, settings: PropagationSettings
 ) -> PropagatedBody | None:
-    """Slide the worm's body along itself, and try nothing else; None where that leads nowhere."""
+    """Slide the worm's body along itself, and fit none anew; None where that leads nowhere."""
     scene = CandidateSearch.of(detection, model, last, 1, settings)
     slid = scene.slid(scene.last)
+    if slid is not None and scene.over_limits(slid) > 1:
+        slid = scene.regrown(slid)
     return None if slid is None or scene.leaps(slid) else scene.in_picture(slid)
