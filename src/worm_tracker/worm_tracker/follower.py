@@ -230,7 +230,7 @@ class Follower:
         if model is None and looks_doubled(found, settings.doubled):
             return None
         if last is not None and is_nearer_reversed(found.points, last):
-            found = replace(found, points=found.points[::-1], widths=found.widths[::-1])
+            found = found.reversed()
         found = with_known_width(found, detection, model)
         agreement = _agreement(found, blob)
         if agreement < settings.least_agreement:
@@ -365,7 +365,7 @@ def _observation_of(found: RefinedMidline, agreement: float, view: SignalView) -
         found.points,
         found.widths,
         agreement,
-        mean_width(found.widths),
+        found.width,
         appearance=appearance,
     )
 

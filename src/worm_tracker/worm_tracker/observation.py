@@ -23,7 +23,7 @@ class Observation:
     confidence : float
         How well the body explains the picture, 0 to 1.
     width : float
-        Mean width over the middle four fifths; NaN where there is no midline.
+        Mean distance of the half-height edges over the middle half; NaN where there is no midline.
     occluded : tuple of int
         How many points at the midline's first, and last, end were not seen but supposed.
     appearance : ndarray, shape (n,), or None

@@ -25,7 +25,9 @@ PART = np.linspace(0.0, 1.0, 65)
 
 def body(widths, levels):
     points = np.c_[150.0 * PART, np.zeros(65)]
-    return RefinedMidline(points, widths, levels, float(np.median(levels)), 1.0, 1500.0, 75.0, 0.0)
+    return RefinedMidline(
+        points, widths, 10.0, levels, float(np.median(levels)), 1.0, 1500.0, 75.0, 0.0
+    )
 
 
 def tapered(width, taper):

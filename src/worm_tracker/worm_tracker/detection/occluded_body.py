@@ -50,8 +50,12 @@ def with_known_width(
         return midline
     usual = np.median(midline.widths[~inside]) if model is None else model.widths
     widths = np.where(inside, usual, midline.widths)
-    more = (widths - midline.widths) * np.gradient(arc_length(midline.points))
-    area = midline.area + float(more.sum())
-    centre = midline.area * np.array([midline.u, midline.v]) + more @ midline.points
-    u, v = (centre / area).tolist()
-    return replace(midline, widths=widths, area=area, u=u, v=v)
+    within = midline.half_height_widths
+    soft = np.median(within[~inside]) / max(float(np.median(midline.widths[~inside])), 1e-9)
+    half_height = np.where(inside, soft * usual, within)
+    step = np.gradient(arc_length(midline.points))
+    area = midline.area + float((widths - midline.widths) @ step)
+    before, more = float(within @ step), (half_height - within) * step
+    centre = before * np.array([midline.u, midline.v]) + more @ midline.points
+    u, v = (centre / max(before + float(more.sum()), 1e-9)).tolist()
+    return replace(midline, widths=widths, half_height_widths=half_height, area=area, u=u, v=v)

@@ -32,7 +32,9 @@ class BodyModel:
     Attributes
     ----------
     length, width, area, level : float
-        Pixels, pixels, square pixels, grey levels of the signal on the midline.
+        Pixels, pixels (of the outline), square pixels, grey levels of the signal on the midline.
+    half_height_width : float
+        Mean distance of the half-height edges over the middle half, pixels.
     widths, levels : ndarray, shape (TRACKED_POINTS,)
         Width, and signal on the midline, along the body, in the order of the last midline.
     gain : float
@@ -50,6 +52,7 @@ class BodyModel:
     width: float
     area: float
     level: float
+    half_height_width: float
     widths: Floats
     levels: Floats
     gain: float
@@ -65,7 +68,15 @@ class BodyModel:
         """Return what a first midline tells."""
         length, width = length_of(midline.points), mean_width(midline.widths)
         return cls(
-            length, width, area, midline.level, midline.widths, midline.levels, gain, settings
+            length,
+            width,
+            area,
+            midline.level,
+            midline.width,
+            midline.widths,
+            midline.levels,
+            gain,
+            settings,
         )
 
     def updated(self, midline: RefinedMidline, area: float, gain: float) -> "BodyModel":
@@ -77,6 +88,8 @@ class BodyModel:
             width=self.width + rate * (mean_width(midline.widths) - self.width),
             area=self.area + rate * (area - self.area),
             level=self.level + rate * (midline.level - self.level),
+            half_height_width=self.half_height_width
+            + rate * (midline.width - self.half_height_width),
             widths=self.widths + rate * (midline.widths - self.widths),
             levels=self.levels + rate * (midline.levels - self.levels),
             gain=self.gain + rate * (gain - self.gain),

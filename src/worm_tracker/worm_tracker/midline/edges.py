@@ -1,11 +1,14 @@
 """The signal along straight or bent lines, and where on them the body's edge is.
 
-The signal is the light that the body takes away: background minus picture. An edge is the point
-where it falls to half of what it is just inside, above what darkens the water beside the body.
+The signal is the light that the body takes away: background minus picture. Two edges are told
+apart. The outline is where it falls to half of what it is just inside: all that is body lies within
+it, soft flanks included. The half-height edge is where it falls to half of its peak: it tells how
+wide a body is, and where it ends.
 """
 
 from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -28,6 +31,29 @@ class EdgeSettings:
     """How far inside its edge the body's level is read: a body need not be equally dark across."""
     lowest_signal_over_body_level: float = 0.25
     """Part of the body's level below which there is no body: above noise and reflections."""
+    most_peak_over_body_level: float = 1.15
+    """What is darker than this, over the level on the midline, counts as this: a dark rim, or
+    debris, must not narrow the body."""
+
+
+class HalfHeightEdges(NamedTuple):
+    """Where a body's half-height edge is on each of some lines.
+
+    Attributes
+    ----------
+    distances : ndarray, shape (n,)
+        Pixels; zero where no edge was found.
+    found : ndarray of bool, shape (n,)
+    heights : ndarray, shape (n,)
+        Signal there, grey levels.
+    slopes : ndarray, shape (n,)
+        How fast it falls there, grey levels a pixel.
+    """
+
+    distances: Floats
+    found: Mask
+    heights: Floats
+    slopes: Floats
 
 
 @cache
@@ -59,10 +85,52 @@ def sample_lines(signal: Picture, lines: list[Complex], t: Floats32) -> Floats32
     ).astype(np.float32)
 
 
-def find_edges(
+def find_half_heights(
+    profiles: Floats32, level: Floats32, reach_px: float, settings: EdgeSettings
+) -> HalfHeightEdges:
+    """Find where each profile first falls below half of the peak within a reach before it.
+
+    Parameters
+    ----------
+    profiles : ndarray of float32, shape (n, samples)
+        From within the body outwards.
+    level : ndarray of float32, shape (n,)
+        The signal in the body there.
+    reach_px : float
+        How far inside an edge its peak may be.
+    settings : EdgeSettings
+    """
+    low = settings.lowest_signal_over_body_level * level
+    most = 0.5 * settings.most_peak_over_body_level * level
+    size = profiles.shape[1]
+    reach = min(round(reach_px / PROFILE_STEP_PX), size - 1)
+    half = np.zeros_like(profiles)
+    half[:, 1:] = profiles[:, :-1] + profiles[:, 1:]  # of two samples: less noise
+    half[:, 0] = half[:, 1]
+    kernel = np.ones((1, reach + 1), np.uint8)
+    half = np.asarray(cv2.dilate(half, kernel, anchor=(reach, 0)), np.float32)
+    half /= 4
+    np.maximum(half, low[:, None], out=half)
+    np.minimum(half, most[:, None], out=half)
+    half += _beside(profiles, low)[:, None]
+    at = (profiles < half).argmax(axis=1)
+    found = at > 0
+    np.maximum(at, 1, out=at)
+    row = _rows(*profiles.shape)
+    at += row
+    flat = profiles.reshape(-1)
+    height, high = half.reshape(-1).take(at), flat.take(at - 1)
+    fall = np.maximum(high - flat.take(at), 1e-6)
+    part = np.minimum(np.maximum((high - height) / fall, 0.0), 1.0)
+    distances = (at - row - 1 + part) * PROFILE_STEP_PX
+    distances *= found
+    return HalfHeightEdges(distances, found, height, fall / PROFILE_STEP_PX)
+
+
+def find_outline(
     profiles: Floats32, level: Floats32, width: float, settings: EdgeSettings
 ) -> tuple[Floats, Mask]:
-    """Return the distance at which each profile falls through the half-height of its edge.
+    """Return the distance at which each profile falls through half of what it is just inside.
 
     The edge is first met where the profile falls below a low fraction of the body's level; its
     height is then taken a quarter of a width further in, because a body need not be equally dark
@@ -118,11 +186,15 @@ def _half_heights(
     plateau += flat.take(np.maximum(top - 1, _rows(count, size)))
     # Never above the body's own level: a bright rim must not narrow the body.
     half = np.minimum(np.maximum(plateau / 4, low), level / 2)
-    # What darkens the water beside the body, a reflection say, is no part of it.
-    beside = profiles[:, size - _SAMPLES_BESIDE :] @ _HALF_MEAN
-    beside *= beside < low / 2
-    half += beside
+    half += _beside(profiles, low)
     return half
+
+
+def _beside(profiles: Floats32, low: Floats32) -> Floats32:
+    """Return half of what darkens the water beside the body, a reflection say: no part of it."""
+    beside = profiles[:, profiles.shape[1] - _SAMPLES_BESIDE :] @ _HALF_MEAN
+    beside *= beside < low / 2
+    return np.asarray(beside, np.float32)
 
 
 @cache

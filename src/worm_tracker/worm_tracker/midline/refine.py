@@ -1,12 +1,13 @@
-"""From a first midline to one below a pixel: half-height edges across and beyond the body.
+"""From a first midline to one below a pixel: edges across and beyond the body.
 
-The head tip (tail tip) is the outermost point of the body's end: going out along the midline, the
-point where the signal, which is the light that the body takes away, falls to half of what it is
-within the end. The sides are the points where it falls to half of what it is on the midline; the
-midline runs half-way between them.
+The head tip (tail tip) is where the body ends on its axis: going out along the midline, the point
+where the signal, which is the light that the body takes away, falls to half of its peak within the
+end. The midline runs half-way between the two sides of the outline. A body is as wide as its
+half-height edges are apart, which lie further in where its flanks are soft; its centroid is that of
+the area between them.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import NamedTuple
 
@@ -26,8 +27,10 @@ from worm_tracker.midline.curve import (
 from worm_tracker.midline.edges import (
     PROFILE_STEP_PX,
     EdgeSettings,
+    HalfHeightEdges,
     distance_powers,
-    find_edges,
+    find_half_heights,
+    find_outline,
     sample_lines,
 )
 from worm_tracker.midline.tips import TipSettings, with_tips
@@ -35,6 +38,8 @@ from worm_tracker.midline.tips import TipSettings, with_tips
 _CAP_AT = np.array([0.0, 0.05, 0.15, 0.35, 0.65])
 _CAP = np.sqrt(1 - (1 - _CAP_AT) ** 2)
 """Widths of a round end at these parts of the way from the tip, relative."""
+_LEVEL_MEDIAN_SECTIONS = 5
+"""Cross-sections over which the body's level is steadied."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +59,20 @@ class RefineSettings:
     """How far to either side the edges are looked for: beyond them, short of the next turn."""
     level_half_width_widths: float = 0.3
     """How far to either side of the midline the body's level is averaged."""
-    level_median_sections: int = 5
-    """Cross-sections over which the body's level is steadied."""
+    spine_half_width_widths: float = 0.1
+    """The same where the body is narrower than it mostly is: the darker of both counts."""
     most_width_over_neighbours: float = 1.1
     """Width over the median of its neighbours from which a cross-section is not the worm's alone:
     a body tapers by less within that many sections."""
     neighbour_sections: int = 7
     """How many neighbours to either side that are."""
+    sharp_edges_quantile: float = 0.8
+    """Of the steepnesses of a body's edges, the one that is the lens's: bodies have soft edges."""
+    least_width_times_steepness: float = 3.3
+    """Width, times the slope of the edge over its height, from which a half-height width is right:
+    4.2 standard deviations of the blur, of which such an edge has a slope of 0.8 over height."""
+    line_over_area: float = 0.98
+    """Half-height width times peak, over the area and the peak beside it, of what is narrower."""
     tips: TipSettings = field(default_factory=TipSettings)
     edge: EdgeSettings = field(default_factory=EdgeSettings)
 
@@ -74,25 +86,46 @@ class RefinedMidline:
     points : ndarray, shape (TRACKED_POINTS, 2)
         (u, v) at equal steps from tip to tip.
     widths : ndarray, shape (TRACKED_POINTS,)
-        Distance of the half-height edges; NaN-free, zero at the tips.
+        Of the outline; NaN-free, zero at the tips.
+    half_height_widths : ndarray, shape (TRACKED_POINTS,)
+        The same of the half-height edges.
     levels : ndarray, shape (TRACKED_POINTS,)
         Signal on the midline; towards a tip that of the last cross-section.
     level : float
         Median signal on the midline.
     edges_found : float
         Fraction of the cross-sections in which both edges were found.
-    area, u, v : float
-        Area between the edges and its centroid.
+    area : float
+        Within the outline.
+    u, v : float
+        Centroid of the area between the half-height edges.
     """
 
     points: Floats
     widths: Floats
+    half_height_widths: Floats
     levels: Floats
     level: float
     edges_found: float
     area: float
     u: float
     v: float
+
+    @property
+    def width(self) -> float:
+        """Mean distance of the half-height edges over the middle half of the body, pixels."""
+        quarter = len(self.half_height_widths) // 4
+        return float(self.half_height_widths[quarter:-quarter].mean())
+
+    def reversed(self) -> "RefinedMidline":
+        """Return the midline the other way round."""
+        return replace(
+            self,
+            points=self.points[::-1],
+            widths=self.widths[::-1],
+            half_height_widths=self.half_height_widths[::-1],
+            levels=self.levels[::-1],
+        )
 
 
 def refine(
@@ -129,24 +162,26 @@ def refine(
     level = _upper_median(body.level)
     whole = with_tips(signal, body.curve, level, width, settings.tips)
     s_whole = complex_arc_length(whole)
-    s, across = _widths_to_tips(whole, s_whole, body)
+    s, across = _widths_to_tips(whole, s_whole, body.curve, body.outline)
+    _, half_height = _widths_to_tips(whole, s_whole, body.curve, body.widths)
     begins = 1 if whole[0] != body.curve[0] else 0
-    area, centre = _area(np.interp(s, s_whole, whole), s, across)
+    centre = _centroid(np.interp(s, s_whole, whole), s, half_height)
     grid = s_whole[-1] * unit_grid(TRACKED_POINTS)
     return RefinedMidline(
         points=as_points(np.interp(grid, s_whole, whole) + complex(*origin)),
         widths=np.interp(grid, s, across),
+        half_height_widths=np.interp(grid, s, half_height),
         levels=np.interp(grid, s_whole[begins : begins + len(body.level)], body.level),
         level=level,
         edges_found=body.edges_found,
-        area=area,
+        area=float((across[1:] + across[:-1]) @ (s[1:] - s[:-1])) / 2,
         u=centre.real + origin[0],
         v=centre.imag + origin[1],
     )
 
 
-def _area(curve: Complex, s: Floats, widths: Floats) -> tuple[float, complex]:
-    """Return the area between the edges and its centroid.
+def _centroid(curve: Complex, s: Floats, widths: Floats) -> complex:
+    """Return the centroid of the area that a body of some widths covers.
 
     Where the body bends, more of its area lies on the outer side: a cross-section of width w has
     its centroid κ w²/12 outwards of the midline, which sums up to w³/12 times the tangent's change.
@@ -156,17 +191,17 @@ def _area(curve: Complex, s: Floats, widths: Floats) -> tuple[float, complex]:
     weight[1:] = step
     weight[:-1] += step
     weight *= widths / 2
-    area = max(float(weight.sum()), 1e-9)
     d = curve[1:] - curve[:-1]
     d /= np.maximum(step, 1e-9)
     outwards = -(widths[1:-1] ** 3 * (d[1:] - d[:-1])).sum() / 12
-    return area, complex(((weight * curve).sum() + outwards) / area)
+    return complex(((weight * curve).sum() + outwards) / max(float(weight.sum()), 1e-9))
 
 
-def _widths_to_tips(whole: Complex, s_whole: Floats, body: "_Centred") -> tuple[Floats, Floats]:
+def _widths_to_tips(
+    whole: Complex, s_whole: Floats, curve: Complex, widths: Floats
+) -> tuple[Floats, Floats]:
     """Return arc lengths from tip to tip and the widths there; the ends are round."""
     length = float(s_whole[-1])
-    curve, widths = body.curve, body.widths
     first_gap = abs(curve[0] - whole[0])
     last_gap = abs(curve[-1] - whole[-1])
     at = s_whole[1:] if first_gap > 0 else s_whole
@@ -185,6 +220,7 @@ class _Centred(NamedTuple):
     """A curve moved to the middle between its edges; widths, levels, fraction of edges seen."""
 
     curve: Complex
+    outline: Floats
     widths: Floats
     level: Floats32
     edges_found: float
@@ -193,17 +229,15 @@ class _Centred(NamedTuple):
 def _centre(
     signal: Picture, curve: Complex, width: float, sigma: float, settings: RefineSettings
 ) -> _Centred:
-    """Move a curve to the middle between the half-height edges across it."""
+    """Move a curve to the middle between the outline's sides."""
     n = len(curve)
     normal = 1j * tangents(curve)
     half = max(4, int(settings.edge_reach_widths * width / PROFILE_STEP_PX) + 1)
     profiles = sample_lines(signal, [curve, normal], distance_powers(-half, half))
-    core = max(1, int(settings.level_half_width_widths * width / PROFILE_STEP_PX))
-    level = profiles[:, half - core : half + core + 1] @ _mean_of(2 * core + 1)
-    level = np.maximum(cv2.medianBlur(level[None], settings.level_median_sections)[0], 1.0)
+    level = _level(profiles, settings.level_half_width_widths * width)
     both = np.empty((2 * n, half + 1), np.float32)
     both[:n], both[n:] = profiles[:, half:], profiles[:, half::-1]
-    out, found = find_edges(both, np.concatenate([level, level]), width, settings.edge)
+    out, found = find_outline(both, np.concatenate([level, level]), width, settings.edge)
     right, left = out[:n], out[n:]
     shift, across = (right - left) / 2, right + left
     seen = found[:n] & found[n:]
@@ -211,7 +245,48 @@ def _centre(
     if not trusted.all():
         shift, across = _fill(shift, trusted, 0.0), _fill(across, trusted, width)
     moved = _smooth(curve + normal * shift, sigma)
-    return _Centred(moved, across, level, float(np.count_nonzero(seen) / n))
+    darker = np.maximum(level, _level(profiles, settings.spine_half_width_widths * width))
+    edges = find_half_heights(both, np.concatenate([darker, darker]), half, settings.edge)
+    trusted &= edges.found[:n] & edges.found[n:]
+    widths = edges.distances[:n] + edges.distances[n:]
+    if not trusted.all():
+        widths = np.minimum(_fill(widths, trusted, width), across)
+    widths = _without_blur(widths, edges, settings)
+    return _Centred(moved, across, widths, level, float(np.count_nonzero(seen) / n))
+
+
+def _level(profiles: Floats32, reach: float) -> Floats32:
+    """Return the mean signal within a reach of each profile's middle, steadied along the body."""
+    half = profiles.shape[1] // 2
+    core = max(1, int(reach / PROFILE_STEP_PX))
+    level = profiles[:, half - core : half + core + 1] @ _mean_of(2 * core + 1)
+    steady = cv2.medianBlur(level[None], _LEVEL_MEDIAN_SECTIONS)[0]
+    return np.asarray(np.maximum(steady, 1.0), np.float32)
+
+
+def _without_blur(across: Floats, edges: HalfHeightEdges, settings: RefineSettings) -> Floats:
+    """Return the widths of a body whose ends are narrower than what the lens makes of a line.
+
+    There the half-height edges stay apart however narrow the body is, but its peak falls: what is
+    as dark as the body beside it has the area under its profile, nearly height times width.
+    """
+    if not edges.found.any():
+        return across
+    steepest = np.sort((edges.slopes / edges.heights)[edges.found])
+    sharp = steepest[int(settings.sharp_edges_quantile * (len(steepest) - 1))]
+    wide = np.flatnonzero(across * sharp > settings.least_width_times_steepness)
+    if not len(wide) or len(wide) == len(across):
+        return across
+    n, beside = len(across), _LEVEL_MEDIAN_SECTIONS
+    heights = (edges.heights[:n] + edges.heights[n:]) / 2
+    across = across.copy()
+    for end, inside in (
+        (slice(0, wide[0]), slice(wide[0], wide[0] + beside)),
+        (slice(wide[-1] + 1, n), slice(max(wide[-1] + 1 - beside, 0), wide[-1] + 1)),
+    ):
+        height = settings.line_over_area * np.median(heights[inside])
+        across[end] *= np.minimum(heights[end] / height, 1.0)
+    return across
 
 
 @cache

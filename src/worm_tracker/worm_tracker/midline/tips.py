@@ -17,14 +17,14 @@ from worm_tracker.midline.edges import (
     PROFILE_STEP_PX,
     EdgeSettings,
     distance_powers,
-    find_edges,
+    find_half_heights,
     sample_lines,
 )
 
 _FAN = np.radians(np.arange(-72.0, 72.1, 6.0))
 """Directions in which the outermost point of an end is looked for, about the midline's."""
-_FAN_DOUBLINGS = 5
-"""How often a distance is squared to give a ray's weight: its 32nd power."""
+_FAN_DOUBLINGS = 4
+"""How often a distance is squared to give a ray's weight: its sixteenth power."""
 _RAYS = np.exp(1j * _FAN)
 _ASIDE = np.cos(_FAN) * (0.5j * np.cos(_FAN) - np.sin(_FAN))
 """What bending by a radian a pixel adds to a ray, over the square of the distance."""
@@ -37,6 +37,8 @@ class TipSettings:
 
     ray_length_widths: float = 1.8
     """Length of a ray: a pointed end reaches farther beyond the fan's base than a round one."""
+    peak_from_tip_widths: float = 0.22
+    """How far from its tip an end may be darkest: nearer than a paler, or broader, part of it."""
     base_from_end_widths: float = 0.3
     """How far from the end of a midline that stops short of its tip the fan has its base."""
     bend_stretch_widths: float = 0.4
@@ -81,7 +83,9 @@ def with_tips(
     t = distance_powers(0, int(settings.ray_length_widths * width / PROFILE_STEP_PX), 3)
     profiles = sample_lines(signal, [ends.bases.repeat(len(_FAN)), rays, aside], t)
     levels = np.full(len(rays), level, np.float32)
-    distances, found = find_edges(profiles, levels, width, settings.edge)
+    distances, found, *_ = find_half_heights(
+        profiles, levels, settings.peak_from_tip_widths * width, settings.edge
+    )
     first = _outermost(distances[: len(_FAN)], found[: len(_FAN)])
     last = _outermost(distances[len(_FAN) :], found[len(_FAN) :])
     parts = [curve]

@@ -116,7 +116,7 @@ def observation_of(
         body.points,
         model.widths,
         confidence,
-        width,
+        model.half_height_width,
         occluded=(min(first, len(body.points)), min(last, len(body.points))),
         end_sd_px=body.end_sd_px,
     )
