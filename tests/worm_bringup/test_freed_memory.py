@@ -1,4 +1,4 @@
-"""Memory that is free between pieces in use is kept by glibc, and goes back when it is told to."""
+"""Memory that is free between pieces in use is kept, and goes back when that is asked for."""
 
 import platform
 import subprocess
@@ -15,21 +15,31 @@ def resident_mib():
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 keep_freed_memory()
-pictures = [b"1" * (1 << 16) for _ in range(2048)]
-in_use = pictures[::32]
+{taken}
+in_use = taken[::32]
 full = resident_mib()
-del pictures
+del taken
 kept = resident_mib()
 give_back_freed_memory()
 print(full - kept, full - resident_mib(), len(in_use))
 """
 
 
+PICTURES = 'taken = [b"1" * (1 << 16) for _ in range(2048)]'
+COLUMNS = """
+import numpy as np
+import pyarrow as pa
+taken = [pa.array(np.full(1 << 13, 1.0)).take(pa.array(np.arange(1 << 13))) for _ in range(2048)]
+"""
+
+
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="other libraries do as they do")
-def test_what_was_freed_is_kept_until_it_is_given_back():
+@pytest.mark.parametrize("taken", [PICTURES, COLUMNS], ids=["of glibc", "of Arrow"])
+def test_what_was_freed_is_kept_until_it_is_given_back(taken):
     """128 MiB are taken, and all but every 32nd of their 64 KiB are freed."""
+    program = FREE_IN_PIECES.replace("{taken}", taken)
     told = subprocess.run(
-        [sys.executable, "-P", "-c", FREE_IN_PIECES], check=True, capture_output=True, text=True
+        [sys.executable, "-P", "-c", program], check=True, capture_output=True, text=True
     )
     given_at_once_mib, given_back_mib, _ = map(float, told.stdout.split())
     assert given_at_once_mib < 1

@@ -26,12 +26,12 @@ class TableWriter:
     """Writes rows as they come, a row group at a time: memory stays bounded over any trial.
 
     Rows wait as Arrow batches until a row group is full: batches are small since a row as a dict
-    takes ten times the memory, row groups are large since Parquet keeps 30 KiB of metadata for
+    takes ten times the memory, row groups are large since Parquet keeps 36 KiB of metadata for
     each until the end. The bytes depend on the rows alone.
     """
 
-    _BATCH_ROWS = 512
-    _GROUP_ROWS = 4 * _BATCH_ROWS
+    _BATCH_ROWS = 256
+    _GROUP_ROWS = 8 * _BATCH_ROWS
 
     def __init__(self, path: Path, schema: pa.Schema):
         self._schema = schema

@@ -14,6 +14,7 @@ from typing import Any
 from rclpy.node import Node
 
 from worm_bringup.checkpoints.folder import CheckpointFolder, Manifest
+from worm_bringup.freed_memory import give_back_freed_memory
 from worm_bringup.recorder.recorder_node import RecorderNode
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.worm_node import WormNode
@@ -125,6 +126,7 @@ class Checkpoints:
                 self._folder.tidy()
         else:
             graph.recorder.journal = []
+            give_back_freed_memory()  # what the messages took, and the same packed
 
     def remove(self) -> None:
         """Remove the checkpoint of this replay, which has come to its end; never one of another."""
