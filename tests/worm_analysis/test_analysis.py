@@ -21,9 +21,14 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.statistics.block_jackknife import Units
 from worm_analysis.summary.direction_persistence import correlation as correlation_with_error
 from worm_analysis.summary.direction_persistence import correlation_curve, persistence_time
-from worm_msgs_py import BodyState, Episode, EpisodeKind, Geometry, Status, Where
+from worm_msgs_py import BodyState, Episode, Geometry, Status, Where
 
 NS = 10**9
+CLOSED = replace(
+    GEOMETRY,
+    chambers=tuple(replace(chamber, exit_width_m=np.nan) for chamber in GEOMETRY.chambers),
+)
+"""A rig in which no exit is known: the wall goes all the way round."""
 
 
 def analyse(states, geometry=GEOMETRY, parameters=None):
@@ -48,7 +53,7 @@ def circling(speed, duration_s=200.0, rate_hz=20, psi_b=0.5):
 @pytest.mark.parametrize("speed", [2e-3, -1e-3])
 def test_a_worm_that_circles_at_constant_speed(speed):
     psi_b = np.copysign(0.5, speed)
-    analysis, rows, events = analyse(circling(speed, psi_b=psi_b).states())
+    analysis, rows, events = analyse(circling(speed, psi_b=psi_b).states(), CLOSED)
     late = rows[20:]
     np.testing.assert_allclose([row.theta_dot_rad_s for row in late], speed / R, rtol=1e-9)
     np.testing.assert_allclose([row.v_b_m_s for row in late], speed, rtol=1e-9)
@@ -217,7 +222,7 @@ def coarsely_filmed():
     """Four trials of the same worm, filmed at 5 frames/s: what was found and what was walked."""
     trials = []
     for seed in range(4):
-        found = by_name(analyse(slides_and_hops(seed, 1500.0, 5.0).states())[0])
+        found = by_name(analyse(slides_and_hops(seed, 1500.0, 5.0).states(), CLOSED)[0])
         times, _, depths = walk(seed, 1500.0)
         distance, sliding = 2.0 * np.diff(times), depths < THRESHOLD
         walked = {
@@ -237,6 +242,7 @@ def test_a_slow_camera_gives_the_means_that_were_walked(coarsely_filmed, name):
 
 
 RULES = (
+    "contact_factor_0.3",
     "contact_factor_0.15",
     "contact_factor_0.45",
     "contact_factor_0.6",
@@ -260,6 +266,7 @@ def test_every_number_of_the_table_is_there_with_its_unit(walked):
         "d_c": "mm",
         "d_nc": "mm",
         "delta_r_h": "mm",
+        "radius_noise": "mm",
         "t_per": "s",
         "d_c_exponential_p": "1",
         "d_nc_exponential_p": "1",
@@ -334,8 +341,8 @@ def test_a_frame_without_a_head_keeps_the_turns_and_bridges_a_short_gap():
         else state
         for state in states
     ]
-    _, rows, events = analyse(lost)
-    _, whole, _ = analyse(states)
+    _, rows, events = analyse(lost, CLOSED)
+    _, whole, _ = analyse(states, CLOSED)
     for row, full in zip(rows, whole, strict=True):
         if row.frame % 7 < 3:
             assert np.isnan(row.theta_h_rad)
@@ -370,17 +377,18 @@ def test_a_state_on_a_geometry_that_was_not_given_is_an_error():
 
 
 def test_hysteresis_and_a_shortest_episode_swallow_a_flicker():
+    """Of the rules with a threshold; and that of the smoother, where nobody knows of noise."""
     t = np.arange(0, 10, 0.05)
     depth = np.where(np.arange(len(t)) % 10 == 9, 1.3, 0.5) * THRESHOLD
     track = track_from_polar(t, R - depth, 0.2 * t, np.full(len(t), 0.5))
-    assert len(_contacts(track, AnalysisParameters())) == 20
-    assert len(_contacts(track, AnalysisParameters(release_factor=0.6))) == 1
-    assert len(_contacts(track, AnalysisParameters(min_episode_s=0.08))) == 1
-
-
-def _contacts(track, parameters):
-    _, _, events = analyse(track.states(), parameters=parameters)
-    return [e for e in events if isinstance(e, Episode) and e.kind is EpisodeKind.CONTACT]
+    analysis, _, _ = analyse(track.states(), CLOSED)
+    contacts = {name: sums[0, 2] for name, sums in analysis.sums().items() if "d_c_at_" in name}
+    assert contacts["d_c_at_contact_factor_0.3"] == 19, "the first began before the film"
+    assert contacts["d_c_at_release_factor_0.6"] == 0
+    assert contacts["d_c_at_min_episode_s_0.1"] == 0
+    calm = AnalysisParameters(min_episode_s=0.08)
+    _, _, events = analyse(track.states(), CLOSED, calm)
+    assert sum(isinstance(event, Episode) for event in events) == 1
 
 
 @pytest.mark.parametrize(

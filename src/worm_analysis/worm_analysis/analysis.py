@@ -129,8 +129,9 @@ class Analysis:
 
     def finish(self) -> list[Event]:
         """End the trial; return what was still open, cut short."""
-        closed = [item.episode for item in self._search.finish()]
-        return [*closed, *self._position.finish()]
+        closed = self._search.finish()
+        self._position.observe(closed)
+        return [*(item.episode for item in closed), *self._position.finish()]
 
     def correlation(self) -> Correlation:
         """Return C_θ(t) so far."""
@@ -189,6 +190,8 @@ class Analysis:
         elif self._position.away:
             closed += self._search.enter_exit(state.stamp_ns)
         theta_rad = self._unwrap(state)
+        self._position.observe(closed)
+        passages = [*self._position.ended_visits(), *passages]
         if not self._position.searching:
             still = _observables(state, theta_rad)
             return still, [*(item.episode for item in closed), *passages]
@@ -200,12 +203,12 @@ class Analysis:
             radial_distance(head.x_m, head.y_m),
             (head.x_m, head.y_m),
             width_m,
+            in_mouth=self._position.in_mouth(theta_rad),
         )
         v_b_m_s = self._search.radius_m * theta_dot
         observables = _observables(state, theta_rad, theta_dot, v_b_m_s, contact)
         self._search.count(observables, width_m)
-        if contact or ended:
-            self._position.observe(state.stamp_ns, theta_rad, contact, ended)
+        self._position.observe(ended)
         closed += ended
         return observables, [*(item.episode for item in closed), *passages]
 

@@ -37,10 +37,10 @@ class AnalysisParameters:
     Attributes
     ----------
     contact_factor : float
-        The head touches the wall where R − r_h < contact_factor·d_w (paper: 0.3).
+        The head touches the wall where R − r_h < contact_factor·d_w without noise (paper: 0.3).
     release_factor : float
-        Once in contact it stays so until R − r_h ≥ release_factor·d_w. Equal to `contact_factor`:
-        no hysteresis, as in the paper.
+        Of the threshold rules that stand beside: once in contact the head stays so until
+        R − r_h ≥ release_factor·d_w. Equal to `contact_factor`: no hysteresis, as in the paper.
     body_width_m : float or None
         d_w, where it is given; None: the running median of the states' own widths.
     min_episode_s : float

@@ -7,6 +7,7 @@ from worm_analysis.events.attempts import Attempts
 from worm_analysis.events.contacts import ClosedEpisode
 from worm_analysis.events.exit_region import ExitCorridor
 from worm_analysis.events.visits import Visits
+from worm_analysis.kinematics.observables import wrap_angle
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import (
     Attempt,
@@ -98,7 +99,7 @@ class RigPosition:
         head_in = _CHAMBER_OF.get(state.where, "")
         head_in = head_in if head_in == state.frame_id else ""
         if self._is_in_chamber(head_in, state, geometry):
-            events += self._keep(self._visits.locate(head_in, stamp_ns))
+            self._visits.locate(head_in, stamp_ns)
         if self._visits.home:
             events += self._at_exit(state, geometry.chamber(self._visits.home), threshold_m)
         elif state.where is Where.PASSAGE:
@@ -118,19 +119,26 @@ class RigPosition:
             and not self._corridor.has_between_walls(state.head.x_m, state.head.y_m)
         )
 
-    def observe(
-        self, stamp_ns: int, theta_rad: float, contact: bool | None, closed: list[ClosedEpisode]
-    ) -> None:
-        """Add what only the search along the wall can tell: contact, θ_h unwrapped, hops."""
-        if contact:
-            self._visits.touch(stamp_ns, theta_rad)
+    def in_mouth(self, theta_rad: float) -> bool:
+        """Whether a head at this angle is before the exit, where there is no wall."""
+        return abs(wrap_angle(theta_rad)) < self._corridor.half_arc_rad
+
+    def observe(self, closed: list[ClosedEpisode]) -> None:
+        """Add what only the search along the wall can tell: contacts and hops."""
         for item in closed:
-            if item.episode.complete and item.episode.kind is EpisodeKind.FREE:
+            if item.episode.kind is EpisodeKind.CONTACT:
+                self._visits.touch(item.episode.start_ns, item.end_rad - item.turn_rad)
+            elif item.episode.complete and not item.cut:
                 self._visits.hop(item.before_rad, item.end_rad, self._corridor.half_arc_rad)
+
+    def ended_visits(self) -> list[Event]:
+        """Return the visits that have ended, now that all of their contacts were observed."""
+        return [event for visit in self._visits.ended() for event in self._keep(visit)]
 
     def finish(self) -> list[Event]:
         """End what is open, cut short."""
-        return [*self._keep(self._attempts.cut()), *self._keep(self._visits.finish())]
+        self._visits.finish()
+        return [*self._keep(self._attempts.cut()), *self.ended_visits()]
 
     def _is_in_chamber(self, head_in: str, state: BodyState, geometry: Geometry) -> bool:
         """Whether the head is in a chamber; to come into one it must be inside the circle."""
@@ -155,7 +163,7 @@ class RigPosition:
         )
         events: list[Event] = []
         if not was_active and (self._attempts.active or attempt):
-            events += self._keep(self._visits.find_exit(state.stamp_ns))
+            self._visits.find_exit(state.stamp_ns)
         events += self._keep(attempt)
         if attempt is not None and attempt.success:
             self._visits.leave()

@@ -7,12 +7,15 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from offline_analysis import Offline
+from threshold_contact import ThresholdContact
 from walked_tracks import GEOMETRY, R, rough_track, slides_and_hops
 
+from worm_analysis.accumulators import wall_search
 from worm_analysis.accumulators.contact_sensitivity import ContactRule
 from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
 from worm_analysis.accumulators.frame_rows import FrameRows
 from worm_analysis.analysis import Analysis
+from worm_analysis.events.hidden_contact import HiddenContact
 from worm_analysis.statistics.block_jackknife import Units
 from worm_analysis.summary.direction_persistence import correlation_curve
 from worm_analysis.summary.estimates import direction, pearson_of
@@ -22,10 +25,13 @@ from worm_msgs_py import Episode, EpisodeKind, Visit
 seeds = st.integers(0, 2**32 - 1)
 
 
-def run(track):
-    analysis = Analysis()
-    analysis.set_geometry(GEOMETRY)
-    results = [analysis.push(state) for state in track.states()]
+def run(track, contact=ThresholdContact):
+    """Analyse a track, with contacts told by the paper's threshold unless said otherwise."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(wall_search, "HiddenContact", contact)
+        analysis = Analysis()
+        analysis.set_geometry(GEOMETRY)
+        results = [analysis.push(state) for state in track.states()]
     events = [event for _, closed in results for event in closed] + analysis.finish()
     return analysis, [observables for observables, _ in results], events
 
@@ -182,10 +188,11 @@ def test_frames_that_are_not_certain_of_the_head_do_not_poison_the_estimates():
         head=np.where(doubted[:, None], track.tail, track.head),
         tail=np.where(doubted[:, None], track.head, track.tail),
     )
-    assert repr(run(swapped)[2]) == repr(run(honest)[2])
+    assert repr(run(swapped, HiddenContact)[2]) == repr(run(honest, HiddenContact)[2])
     lost = replace(track, head=np.where(doubted[:, None], np.nan, track.head))
     told, without = (
-        {q.name: q for q in run(t)[0].summary() if "frames" not in q.name} for t in (swapped, lost)
+        {q.name: q for q in run(t, HiddenContact)[0].summary() if "frames" not in q.name}
+        for t in (swapped, lost)
     )
     for name in ("d_c", "d_nc", "delta_r_h", "t_per", "v_w", "theta_dot_psi_b_correlation"):
         assert repr(told[name]) == repr(without[name]), name
@@ -250,7 +257,7 @@ def test_histograms_count_every_frame_in_a_chamber(seed):
 
 def test_the_same_states_give_the_same_numbers_to_the_last_bit():
     track = rough_track(7, n=3000)
-    first, second = run(track), run(track)
+    first, second = run(track, HiddenContact), run(track, HiddenContact)
     assert repr(first[0].summary()) == repr(second[0].summary())
     assert repr(first[1:]) == repr(second[1:])
 
@@ -264,5 +271,6 @@ def test_asking_for_estimates_on_the_way_changes_nothing():
         if state.frame % 400 == 0:
             asked.summary(), asked.correlation(), asked.distributions()
     asked.finish()
-    assert repr(asked.summary()) == repr(run(track)[0].summary())
-    assert asked.correlation().error.tobytes() == run(track)[0].correlation().error.tobytes()
+    plain, _, _ = run(track, HiddenContact)
+    assert repr(asked.summary()) == repr(plain.summary())
+    assert asked.correlation().error.tobytes() == plain.correlation().error.tobytes()

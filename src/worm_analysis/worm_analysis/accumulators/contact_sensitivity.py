@@ -35,11 +35,12 @@ class ContactRule:
     min_episode_s: float
 
 
-def other_rules(parameters: AnalysisParameters) -> tuple[ContactRule, ...]:
-    """Return the rules that differ from a trial's own in one respect each.
+def threshold_rules(parameters: AnalysisParameters) -> tuple[ContactRule, ...]:
+    """Return the paper's rule, one threshold on the radius as it is seen, and others like it.
 
-    The threshold is halved and raised to threefold; contact is let go at one and a half and at two
-    thresholds; episodes shorter than 0.1 s and 0.2 s are taken into those around them.
+    The others differ from the first in one respect each. The threshold is halved and raised to
+    threefold; contact is let go at one and a half and at two thresholds; episodes shorter than
+    0.1 s and 0.2 s are taken into those around them.
     """
     contact, release = parameters.contact_factor, parameters.release_factor
     shortest_s = parameters.min_episode_s
@@ -47,7 +48,7 @@ def other_rules(parameters: AnalysisParameters) -> tuple[ContactRule, ...]:
         ContactRule(
             f"contact_factor_{contact * part:.4g}", contact * part, release * part, shortest_s
         )
-        for part in FACTORS
+        for part in (1.0, *FACTORS)
     ]
     rules += [
         ContactRule(f"release_factor_{contact * part:.4g}", contact, contact * part, shortest_s)
@@ -58,18 +59,18 @@ def other_rules(parameters: AnalysisParameters) -> tuple[ContactRule, ...]:
         for time_s in SHORTEST_EPISODES_S
     ]
     own = (contact, release, shortest_s)
-    return tuple(
+    others = [
         rule
-        for rule in rules
+        for rule in rules[1:]
         if (rule.contact_factor, rule.release_factor, rule.min_episode_s) != own
-    )
+    ]
+    return (rules[0], *others)
 
 
 class Sensitivity:
     """Lengths of contacts and excursions under several rules at once.
 
-    Each rule gives, to the last bit, what a trial with it as its own would give. What is kept are
-    sums: memory does not grow.
+    What is kept are sums: memory does not grow.
 
     Parameters
     ----------
@@ -134,7 +135,7 @@ class Sensitivity:
 
 
 class _Episodes:
-    """`contacts.ContactEpisodes` for one rule, run by run instead of frame by frame."""
+    """Episodes under one rule, run by run instead of frame by frame."""
 
     def __init__(self, rule: ContactRule, lengths: LengthSums):
         self._on, self._off = rule.contact_factor, rule.release_factor

@@ -7,6 +7,7 @@ import numpy as np
 from worm_analysis.accumulators.bins import BLOCK_BINS, LENGTH_BIN_M, LENGTH_BINS
 from worm_analysis.accumulators.cycle_directions import CycleDirections
 from worm_analysis.events.contacts import ClosedEpisode
+from worm_analysis.statistics.block_jackknife import BlockSums
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
 from worm_msgs_py import Distribution, EpisodeKind
 from worm_msgs_py.arrays import Floats
@@ -70,19 +71,18 @@ class EpisodeSums:
     lengths : LengthSums
         d_c and d_nc.
     delta_r_h : ExcessSums
-        Δr_h in m, complete or censored as the lengths.
-    by_time : dict of str to ExcessBlocks
-        The same three by blocks of time, for intervals that allow for a worm that changes.
+        Δr_h in m, of the excursions whose largest depth was seen. One that was cut on its way out
+        is left out: how deep it would have gone does not depend on when frames are lost.
     directions : CycleDirections
         Reversals from cycle to cycle.
     """
 
     def __init__(self, radius_m: float) -> None:
+        self._radius_m = radius_m
         self.lengths = LengthSums(radius_m)
         self.delta_r_h = ExcessSums(LENGTH_BIN_M, LENGTH_BINS)
-        self.by_time = {
-            name: ExcessBlocks(LENGTH_BIN_M, BLOCK_BINS) for name in ("d_c", "d_nc", "delta_r_h")
-        }
+        self._depths_by_time = ExcessBlocks(LENGTH_BIN_M, BLOCK_BINS)
+        self._expected = BlockSums(8)
         self.directions = CycleDirections()
 
     def push(self, closed: ClosedEpisode, gap_s: float = nan) -> None:
@@ -96,34 +96,48 @@ class EpisodeSums:
             start_seen=closed.start_seen,
             complete=episode.complete,
         )
-        if closed.start_seen:
-            blocks = self.by_time["d_c" if in_contact else "d_nc"]
-            blocks.push(episode.start_ns, episode.distance_m, complete=episode.complete)
-            if not in_contact:
-                self.delta_r_h.push(episode.delta_r_m, complete=episode.complete)
-                self.by_time["delta_r_h"].push(
-                    episode.start_ns, episode.delta_r_m, complete=episode.complete
-                )
+        self._expect(closed)
+        if closed.start_seen and not in_contact and (episode.complete or closed.past_peak):
+            self.delta_r_h.push(episode.delta_r_m, complete=True)
+            self._depths_by_time.push(episode.start_ns, episode.delta_r_m, complete=True)
         self.directions.push(closed, gap_s)
 
+    def _expect(self, closed: ClosedEpisode) -> None:
+        """Add what the frames say of contacts, then of excursions, as `sums` returns it."""
+        expected, episode = closed.expected, closed.episode
+        in_contact = episode.kind is EpisodeKind.CONTACT
+        if not in_contact and not closed.start_seen:
+            return  # it may have come out of the exit: that is no excursion from the wall
+        row = self._expected.row(episode.start_ns)
+        row[0] += expected.ends_c
+        row[1] += self._radius_m * expected.turn_c_rad
+        row[4] += expected.ends_f
+        row[5] += self._radius_m * expected.turn_f_rad
+        at = 2 if in_contact else 6
+        row[at : at + 2] += (closed.start_seen and episode.complete, episode.distance_m)
+
     def sums(self, limit_m: float, depth_limit_m: float) -> dict[str, Floats]:
-        """Return the sums of the episodes above two limits of resolution.
+        """Return the sums behind the means of the episodes and the tests of their laws.
+
+        d_c and d_nc by blocks of time: the expected number of episodes that end, the expected way
+        in all of them, the complete ones that are seen, and the length of all that are seen.
 
         Parameters
         ----------
         limit_m : float
-            Of d_c and d_nc.
+            The test of the laws of d_c and d_nc takes episodes that are longer.
         depth_limit_m : float
-            Of Δr_h.
+            Δr_h is that of deeper excursions, by what they are deeper.
         """
         found = self.directions.sums()
+        found["d_c"], found["d_nc"] = np.hsplit(self._expected.rows(), 2)
+        depths = self._depths_by_time.rows(depth_limit_m)
+        found["delta_r_h"] = self.delta_r_h.row(depth_limit_m) if depths is None else depths
         for name, lengths, limit in (
             ("d_c", self.lengths.d_c, limit_m),
             ("d_nc", self.lengths.d_nc, limit_m),
             ("delta_r_h", self.delta_r_h, depth_limit_m),
         ):
-            by_time = self.by_time[name].rows(limit)
-            found[name] = lengths.row(limit) if by_time is None else by_time
             found[f"{name}_excess"] = lengths.excess_histogram(limit)
         return found | self.lengths.steps()
 

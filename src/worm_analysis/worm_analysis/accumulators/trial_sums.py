@@ -19,6 +19,10 @@ STEPS_IN_LIMIT = 1.5
 """Episodes shorter than this many of the head's advances a frame (or pixels) are not all seen."""
 
 
+NOISE_IN_DEPTH_LIMIT = 3.0
+"""Excursions that are shallower than so many deviations of the noise are not all seen."""
+
+
 @dataclass(frozen=True, slots=True)
 class ChamberSize:
     """What the sums need of the chamber, NaN where it is not known."""
@@ -51,8 +55,9 @@ def trial_sums(
 ) -> dict[str, Floats]:
     """Return all sums by name; those that need a chamber or an exit that is not there are missing.
 
-    Episodes are counted from the limit of resolution on: one and a half of the head's advance a
-    frame, or of a pixel. An excursion is deeper than the threshold of contact by definition.
+    The laws of lengths are tested from the limit of resolution on: one and a half of the head's
+    advance a frame, or of a pixel. An excursion is deeper than the threshold of contact by
+    definition, and counts for Δr_h where the noise cannot be taken for it.
     """
     found = {**body.sums(), **exclusions.sums()}
     if rig is None:
@@ -68,7 +73,11 @@ def trial_sums(
     searched_s = search.observed_s + gaps.bridged_s + gaps.missing_s
     found["search_bridged"] = np.array([[searched_s, gaps.bridged_s]])
     found["search_missing"] = np.array([[searched_s, gaps.missing_s]])
-    found |= search.episodes.sums(limit_m, max(rig.pixel_m, threshold_m))
+    law = search.contact.law
+    deep_m = (law.touch + NOISE_IN_DEPTH_LIMIT * law.noise) * threshold_m
+    found |= search.episodes.sums(limit_m, max(rig.pixel_m, threshold_m, deep_m))
+    n = found["d_c"][:, 2].sum()
+    found["radius_noise"] = np.array([[n, n * law.noise_above_bins * threshold_m, n * threshold_m]])
     found |= passages.sums(max(sagitta(rig.radius_m, rig.exit_width_m), rig.pixel_m))
     found["pixel"] = np.array([[1.0, rig.pixel_m]])
     if rig.exit_width_m > 0:

@@ -7,14 +7,16 @@ from math import nan
 import numpy as np
 
 from worm_analysis.accumulators.collisions import Collisions
-from worm_analysis.accumulators.contact_sensitivity import Sensitivity, other_rules
+from worm_analysis.accumulators.contact_sensitivity import Sensitivity, threshold_rules
 from worm_analysis.accumulators.direction_bridges import DirectionBridge, DirectionBridges
 from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
 from worm_analysis.accumulators.episode_sums import EpisodeSums
 from worm_analysis.accumulators.frame_rows import FrameRows, Frames
 from worm_analysis.accumulators.frame_sums import FrameSums
 from worm_analysis.accumulators.swimming_speed import SpeedLaw
-from worm_analysis.events.contacts import Approach, ClosedEpisode, ContactEpisodes, ContactSensor
+from worm_analysis.events.contacts import Approach, ClosedEpisode, ContactEpisodes
+from worm_analysis.events.excursion_depth import RadiusNoise
+from worm_analysis.events.hidden_contact import HiddenContact, ResolvedFrame
 from worm_analysis.kinematics.angular_speed import AngularSpeed
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import EpisodeKind, Observables
@@ -67,6 +69,8 @@ class WallSearch:
         Statistics of contacts and excursions.
     sensitivity : Sensitivity
         d_c and d_nc under other rules of contact.
+    contact : HiddenContact
+        Tells contact, and the noise of the radius.
     observed_s : float
         Time in a chamber, breaks left out.
     gaps : GapTimes
@@ -77,7 +81,9 @@ class WallSearch:
         self.radius_m = radius_m
         self._max_gap_ns = round(parameters.max_gap_s * NS_PER_S)
         self._max_bridged_s = parameters.max_bridged_s
-        self._sensor = ContactSensor(parameters.contact_factor, parameters.release_factor)
+        self._contact_factor = parameters.contact_factor
+        self.contact = HiddenContact()
+        self._chamber = ""
         self._approach = Approach(parameters.incidence_window_s)
         self._contacts = ContactEpisodes(radius_m, parameters.min_episode_s)
         self._speed = AngularSpeed(parameters.theta_dot_window_s)
@@ -101,7 +107,7 @@ class WallSearch:
         self.speed_law = SpeedLaw(radius_m, parameters.mean_window_s)
         self.collisions = Collisions(parameters.theta_dot_window_s)
         self.episodes = EpisodeSums(radius_m)
-        self.sensitivity = Sensitivity(other_rules(parameters), radius_m)
+        self.sensitivity = Sensitivity(threshold_rules(parameters), radius_m)
         self.observed_s = 0.0
         self.gaps = GapTimes()
 
@@ -113,6 +119,8 @@ class WallSearch:
         r_h_m: float,
         head_m: tuple[float, float],
         width_m: float,
+        *,
+        in_mouth: bool,
     ) -> tuple[float, bool | None, list[ClosedEpisode]]:
         """Take the head's position in a frame.
 
@@ -128,31 +136,42 @@ class WallSearch:
             x, y of the head in the chamber's frame.
         width_m : float
             d_w; NaN where it is not known.
+        in_mouth : bool
+            Whether the head is before the exit, where there is no wall.
 
         Returns
         -------
         theta_dot_rad_s : float
             θ̇_h; NaN where it cannot be had.
         contact : bool or None
-            Whether the head touches the wall; None where it cannot be told.
+            Whether the head touches the wall, as far as is known now; None where it cannot be told.
         closed : list of ClosedEpisode
-            What this frame ends.
+            What is now known to have ended.
         """
         closed = self._heed_gap(stamp_ns)
         theta_dot = self._speed.push(stamp_ns, theta_rad)
-        depth_m = self.radius_m - r_h_m
-        self._approach.push(stamp_ns, *head_m)
-        contact = self._sensor.push(depth_m, width_m)
-        if contact is not None:
-            ended = self._contacts.push(
-                chamber, stamp_ns, theta_rad, depth_m, contact, self._approach
-            )
-            if ended is not None:
+        self._chamber = chamber
+        threshold_m = self._contact_factor * width_m
+        contact, resolved = self.contact.push(
+            stamp_ns, theta_rad, self.radius_m - r_h_m, head_m, threshold_m, in_mouth=in_mouth
+        )
+        return theta_dot, contact, closed + self._settle(resolved)
+
+    def _settle(self, resolved: Sequence[ResolvedFrame]) -> list[ClosedEpisode]:
+        """Take frames of which contact is now known for good."""
+        closed: list[ClosedEpisode] = []
+        if resolved:
+            law, threshold_m = self.contact.law, self.contact.threshold_m
+            self._contacts.noise = RadiusNoise(law.noise_above_bins * threshold_m, law.kept)
+            self._contacts.edge_m = law.edge * threshold_m
+        for frame in resolved:
+            self._approach.push(frame.stamp_ns, *frame.head_m)
+            for ended in self._contacts.push(self._chamber, frame, self._approach):
                 closed += self._keep(ended)
                 if ended.episode.kind is EpisodeKind.FREE and self._contacts.collision:
                     self.collisions.begin(*self._contacts.collision)
-        self.collisions.follow(stamp_ns, theta_rad)
-        return theta_dot, contact, closed
+            self.collisions.follow(frame.stamp_ns, frame.theta_rad)
+        return closed
 
     def count(self, observables: Observables, width_m: float) -> None:
         """Add the frame that was last moved to, now that all of it is known."""
@@ -234,12 +253,12 @@ class WallSearch:
         return self._end_approach(into_exit=seen)
 
     def _end_approach(self, *, into_exit: bool, gap_s: float = nan) -> list[ClosedEpisode]:
-        self._sensor.reset()
+        closed = self._settle(self.contact.cut())
         self._approach.reset()
         self.collisions.break_off()
         self._approaches += 1
         ended = self._contacts.cut(into_exit=into_exit)
-        return [] if ended is None else self._keep(ended, gap_s)
+        return closed if ended is None else closed + self._keep(ended, gap_s)
 
     def break_off(self) -> list[ClosedEpisode]:
         """Say that what follows is not connected: a long gap, or another visit."""

@@ -1,12 +1,32 @@
 """Cuts the head's track into contacts with the wall and excursions from it, frame by frame."""
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import nan
 
+from worm_analysis.events.excursion_depth import ExcursionDepth, RadiusNoise
+from worm_analysis.events.hidden_contact import ResolvedFrame
 from worm_analysis.kinematics.observables import incidence_angle
 from worm_msgs_py import Episode, EpisodeKind
 from worm_msgs_py.units import NS_PER_S
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What the frames of an episode say of contacts and excursions, by their probabilities.
+
+    Attributes
+    ----------
+    turn_c_rad, turn_f_rad : float
+        |Δθ_h| in contact and out of it.
+    ends_c, ends_f : float
+        Number of contacts, and of excursions, that end: also of those too short to be seen.
+    """
+
+    turn_c_rad: float = 0.0
+    turn_f_rad: float = 0.0
+    ends_c: float = 0.0
+    ends_f: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +47,10 @@ class ClosedEpisode:
         θ_h in the last frame before the episode, NaN where its start was not seen, and in its end.
     cut : bool
         Whether no episode follows it: the next one is not connected.
+    past_peak : bool
+        Whether an excursion that was cut was on its way back: its Δr_h is known.
+    expected : Expected
+        What its frames add to the means of all episodes.
     """
 
     episode: Episode
@@ -36,44 +60,75 @@ class ClosedEpisode:
     before_rad: float = nan
     end_rad: float = nan
     cut: bool = False
+    past_peak: bool = False
+    expected: Expected = Expected()
+
+
+@dataclass(slots=True)
+class _Expectation:
+    """What becomes an `Expected`, with the signs of θ_h; `share` is that of the last frame."""
+
+    share: float = 0.0
+    turn_c_rad: float = 0.0
+    turn_f_rad: float = 0.0
+    ends_c: float = 0.0
+    ends_f: float = 0.0
+
+    def go(self, way_rad: float) -> None:
+        """Add the way from the last frame on, to contact and excursion by their probabilities."""
+        self.turn_c_rad += way_rad * self.share
+        self.turn_f_rad += way_rad * (1 - self.share)
+
+    def take(self, frame: ResolvedFrame) -> None:
+        """Add a frame's chances."""
+        self.share = frame.share
+        self.ends_c += frame.leaves
+        self.ends_f += frame.touches
+
+    def join(self, other: "_Expectation") -> None:
+        """Add what follows."""
+        self.share = other.share
+        self.turn_c_rad += other.turn_c_rad
+        self.turn_f_rad += other.turn_f_rad
+        self.ends_c += other.ends_c
+        self.ends_f += other.ends_f
+
+    def told(self, sign: float) -> Expected:
+        """Return it with the way as a length."""
+        return Expected(sign * self.turn_c_rad, sign * self.turn_f_rad, self.ends_c, self.ends_f)
 
 
 @dataclass(slots=True)
 class _Run:
-    """Frames of one kind in a row; `depth_m` is the largest R − r_h."""
+    """Frames of one kind in a row."""
 
     kind: EpisodeKind
     start_ns: int
     start_rad: float
     last_ns: int
     last_rad: float
-    depth_m: float
+    depths: ExcursionDepth
+    in_mouth: bool = False
     incidence_rad: float = nan
     frames: int = 0
     start_seen: bool = True
     before_rad: float = nan
+    expectation: _Expectation = field(default_factory=_Expectation)
 
+    def take(self, frame: ResolvedFrame) -> None:
+        """Add a frame; `in_mouth` stays only as long as all of them are before the exit."""
+        self.expectation.go(frame.theta_rad - self.last_rad)
+        self.expectation.take(frame)
+        self.last_ns, self.last_rad = frame.stamp_ns, frame.theta_rad
+        self.in_mouth &= frame.in_mouth
+        if self.kind is EpisodeKind.FREE:
+            self.depths.push(frame.depth_m)
 
-class ContactSensor:
-    """Tells contact from R − r_h, with two thresholds where hysteresis is asked for."""
-
-    def __init__(self, contact_factor: float, release_factor: float):
-        self._contact_factor = contact_factor
-        self._release_factor = release_factor
-        self._touching = False
-
-    def push(self, depth_m: float, width_m: float) -> bool | None:
-        """Return whether R − r_h is within the threshold; None where either is NaN."""
-        factor = self._release_factor if self._touching else self._contact_factor
-        limit = factor * width_m
-        if depth_m != depth_m or limit != limit:
-            return None
-        self._touching = depth_m < limit
-        return self._touching
-
-    def reset(self) -> None:
-        """Forget the last frame."""
-        self._touching = False
+    def join(self, other: "_Run") -> None:
+        """Take in a run that follows."""
+        self.frames += other.frames + 1
+        self.last_ns, self.last_rad = other.last_ns, other.last_rad
+        self.expectation.join(other.expectation)
 
 
 class Approach:
@@ -117,61 +172,79 @@ class ContactEpisodes:
         R, which turns Δθ_h into a distance along the wall.
     min_episode_s : float
         See `AnalysisParameters`.
+
+    Attributes
+    ----------
+    noise : RadiusNoise
+        That of the radius, for Δr_h of the excursions to come.
+    edge_m : float
+        R − r_h where contact ends, without noise.
     """
 
     def __init__(self, radius_m: float, min_episode_s: float):
         self._radius_m = radius_m
+        self.noise, self.edge_m = RadiusNoise(), 0.0
         self._min_ns = round(min_episode_s * NS_PER_S)
         self._chamber = ""
         self._run: _Run | None = None
         self._candidate: _Run | None = None
 
-    def push(
-        self,
-        chamber: str,
-        stamp_ns: int,
-        theta_rad: float,
-        depth_m: float,
-        contact: bool,
-        approach: Approach,
-    ) -> ClosedEpisode | None:
-        """Take a frame; return the episode that it ends, if it does.
+    def push(self, chamber: str, frame: ResolvedFrame, approach: Approach) -> list[ClosedEpisode]:
+        """Take a frame; return the episodes that it ends, one at most but behind an exit.
 
         Parameters
         ----------
         chamber : str
             Where the head is; the same until `cut`.
-        stamp_ns : int
-            Later than that of the last frame.
-        theta_rad : float
-            θ_h, unwrapped.
-        depth_m : float
-            R − r_h.
-        contact : bool
-            Whether the head touches the wall.
+        frame : ResolvedFrame
+            The next one.
         approach : Approach
             Gives θ_h^i if a contact starts here.
         """
         self._chamber = chamber
-        kind = EpisodeKind.CONTACT if contact else EpisodeKind.FREE
+        kind = EpisodeKind.CONTACT if frame.contact else EpisodeKind.FREE
         if self._run is None:
-            self._run = _Run(kind, stamp_ns, theta_rad, stamp_ns, theta_rad, depth_m)
+            self._run = self._begin(kind, frame)
             self._run.start_seen = False
-            return None
+            return []
+        closed = self._leave_mouth(frame)
         if kind is self._run.kind:
             self._take_back_candidate()
-            _extend(self._run, stamp_ns, theta_rad, depth_m)
-            return None
+            self._run.frames += 1
+            self._run.take(frame)
+            return closed
         if self._candidate is None:
-            self._candidate = _Run(
-                kind, stamp_ns, theta_rad, stamp_ns, theta_rad, depth_m,
-                approach.incidence() if contact else nan, before_rad=self._run.last_rad,
-            )  # fmt: skip
+            self._run.expectation.go(frame.theta_rad - self._run.last_rad)
+            self._candidate = self._begin(kind, frame)
+            self._candidate.incidence_rad = approach.incidence() if frame.contact else nan
+            self._candidate.before_rad = self._run.last_rad
         else:
-            _extend(self._candidate, stamp_ns, theta_rad, depth_m)
-        if stamp_ns - self._candidate.start_ns < self._min_ns:
-            return None
-        return self._close_at_candidate(self._candidate)
+            self._candidate.frames += 1
+            self._candidate.take(frame)
+        candidate = self._candidate
+        if not candidate.in_mouth and frame.stamp_ns - candidate.start_ns >= self._min_ns:
+            closed.append(self._close_at_candidate(candidate))
+        return closed
+
+    def _leave_mouth(self, frame: ResolvedFrame) -> list[ClosedEpisode]:
+        """Count the way over the exit as an excursion, once the head has not entered it.
+
+        A head that slides over the exit, at the wall before and after it, makes none.
+        """
+        run, over = self._run, self._candidate
+        if run is None or over is None or not over.in_mouth or frame.in_mouth:
+            return []
+        if frame.contact and over.depths.maximum() < self.edge_m:
+            return []
+        run.expectation.ends_c += 1
+        return [self._close_at_candidate(over)]
+
+    def _begin(self, kind: EpisodeKind, frame: ResolvedFrame) -> _Run:
+        stamp_ns, theta_rad = frame.stamp_ns, frame.theta_rad
+        depths = ExcursionDepth(self.noise)
+        run = _Run(kind, stamp_ns, theta_rad, stamp_ns, theta_rad, depths, frame.in_mouth)
+        run.take(frame)
+        return run
 
     @property
     def collision(self) -> tuple[int, float, float] | None:
@@ -185,7 +258,8 @@ class ContactEpisodes:
         """End the episode where its last frame was: a gap, the exit or the end of the track.
 
         An excursion that ends in the exit is complete: the head came down there, as it would have
-        come down to the wall. A contact that meets the exit is not: it would have gone on.
+        come down to the wall. A contact that meets the exit is not: it would have gone on; nor do
+        the last frames before the exit, where there is no wall to touch, make an excursion.
         """
         run = self._run
         if run is None:
@@ -193,6 +267,8 @@ class ContactEpisodes:
         self._take_back_candidate()
         self._run = None
         landed = into_exit and run.kind is EpisodeKind.FREE and run.start_seen
+        if into_exit and run.kind is EpisodeKind.FREE:
+            run.expectation.ends_f += 1
         return self._closed(run, run.last_ns, run.last_rad, run.frames, complete=landed, cut=True)
 
     def _close_at_candidate(self, candidate: _Run) -> ClosedEpisode:
@@ -206,9 +282,9 @@ class ContactEpisodes:
     def _take_back_candidate(self) -> None:
         run, candidate = self._run, self._candidate
         if run is not None and candidate is not None:
-            run.frames += candidate.frames + 1
-            run.depth_m = max(run.depth_m, candidate.depth_m)
-            run.last_ns, run.last_rad = candidate.last_ns, candidate.last_rad
+            if candidate.in_mouth:  # where nothing can be told of contact
+                candidate.expectation = _Expectation(candidate.expectation.share)
+            run.join(candidate)
             self._candidate = None
 
     def _closed(
@@ -229,16 +305,18 @@ class ContactEpisodes:
             start_ns=run.start_ns,
             end_ns=end_ns,
             distance_m=self._radius_m * abs(turn_rad),
-            delta_r_m=nan if in_contact else run.depth_m,
+            delta_r_m=nan if in_contact else run.depths.maximum(),
             incidence_rad=run.incidence_rad if in_contact else nan,
             complete=complete,
         )
         return ClosedEpisode(
-            episode, turn_rad, frames, run.start_seen, run.before_rad, end_rad, cut
+            episode,
+            turn_rad,
+            frames,
+            run.start_seen,
+            run.before_rad,
+            end_rad,
+            cut,
+            not in_contact and cut and run.depths.is_past_peak,
+            run.expectation.told(1.0 if turn_rad >= 0 else -1.0),
         )
-
-
-def _extend(run: _Run, stamp_ns: int, theta_rad: float, depth_m: float) -> None:
-    run.last_ns, run.last_rad = stamp_ns, theta_rad
-    run.depth_m = max(run.depth_m, depth_m)
-    run.frames += 1

@@ -33,6 +33,7 @@ class Visits:
 
     def __init__(self) -> None:
         self._stay: _Stay | None = None
+        self._ended: list[tuple[_Stay, int, bool]] = []
         self._left = False
         self.number = 0
         self.skips = 0
@@ -42,32 +43,47 @@ class Visits:
         """The chamber that the body is in; empty while it is in the passage, or not known."""
         return self._stay.chamber if self._stay else ""
 
-    def locate(self, chamber: str, stamp_ns: int) -> Visit | None:
-        """Say which chamber the head is in; return the visit that this ends, if it does.
+    def locate(self, chamber: str, stamp_ns: int) -> None:
+        """Say which chamber the head is in.
 
         A visit that ends so, without the exit having been seen found, is incomplete.
         """
         if self._stay and self._stay.chamber == chamber:
             self._stay.last_ns = stamp_ns
-            return None
-        ended = self.finish()
+            return
+        self.finish()
         self._stay = _Stay(chamber, stamp_ns, self._left, stamp_ns)
         self._left = False
         self.number += 1
-        return ended
 
     def stay(self, stamp_ns: int) -> None:
         """Say that the head is in the same chamber as before."""
         assert self._stay is not None
         self._stay.last_ns = stamp_ns
 
+    def ended(self) -> list[Visit]:
+        """Return the visits that have ended; their contacts and hops must have been told."""
+        visits = [_visit(stay, end_ns, complete=complete) for stay, end_ns, complete in self._ended]
+        self._ended = []
+        return visits
+
     def touch(self, stamp_ns: int, theta_rad: float) -> None:
-        """Take a frame in which the head touches the wall; θ_h may be unwrapped."""
-        stay = self._stay
-        assert stay is not None
-        if stay.first_contact_ns is None and not stay.found:
+        """Take a contact where it begins; θ_h may be unwrapped.
+
+        Contacts and hops are known for good a little later than the visit's end: they are those of
+        the visit that has ended, until it is taken.
+        """
+        stay = self._searching
+        if stay is not None and stay.first_contact_ns is None:
             stay.first_contact_ns = stamp_ns
             stay.theta_h0_rad = wrap_angle(theta_rad)
+
+    @property
+    def _searching(self) -> _Stay | None:
+        """The visit whose exit is still searched for, as far as contacts are known."""
+        if self._ended:
+            return self._ended[0][0]
+        return self._stay if self._stay is not None and not self._stay.found else None
 
     def hop(self, before_rad: float, end_rad: float, half_arc_rad: float) -> None:
         """Take an excursion that began and ended at the wall; see `exits_passed`.
@@ -79,8 +95,9 @@ class Visits:
         """
         passed = exits_passed(before_rad, end_rad, half_arc_rad)
         self.skips += passed
-        if self._stay is not None and not self._stay.found:
-            self._stay.skips += passed
+        stay = self._searching
+        if stay is not None:
+            stay.skips += passed
 
     def lose(self) -> None:
         """Say that frames are missing: what the head did meanwhile is not known."""
@@ -90,26 +107,23 @@ class Visits:
         """Say that head and body are in the passage: the next chamber's entry will be seen."""
         self._left = True
 
-    def find_exit(self, stamp_ns: int) -> Visit | None:
-        """Say that the head has entered the exit; return the visit if it is the first time."""
+    def find_exit(self, stamp_ns: int) -> None:
+        """Say that the head has entered the exit: the visit ends if it is the first time."""
         stay = self._stay
-        if stay is None or stay.found:
-            return None
-        stay.found = True
-        return _visit(stay, stamp_ns, complete=stay.start_seen)
+        if stay is not None and not stay.found:
+            stay.found = True
+            self._ended.append((stay, stamp_ns, stay.start_seen))
 
     def leave(self) -> None:
         """Say that the body has followed the head out."""
         self._stay = None
         self._left = True
 
-    def finish(self) -> Visit | None:
+    def finish(self) -> None:
         """End an open visit where its last frame was."""
-        stay = self._stay
-        self._stay = None
-        if stay is None or stay.found:
-            return None
-        return _visit(stay, stay.last_ns, complete=False)
+        stay, self._stay = self._stay, None
+        if stay is not None and not stay.found:
+            self._ended.append((stay, stay.last_ns, False))
 
 
 def _visit(stay: _Stay, end_ns: int, *, complete: bool) -> Visit:

@@ -189,7 +189,11 @@ def corrections(sums: Sums, rule: str = "") -> tuple[float, float, float]:
     if not (n_c and n_nc and step_m > 0 and excess_c > 0 and excess_nc > 0):
         return 1.0, 1.0, 1.0
     seen = (excess_c / n_c, excess_nc / n_nc)
-    true = unmerged_means(*seen, step_m)
+    # A rule's are cut off on the left; the others are means of all, as frames tell them.
+    of_all = 0.0 if rule else step_m / 2
+    if min(seen) <= of_all:
+        return 1.0, 1.0, 1.0
+    true = unmerged_means(seen[0] - of_all, seen[1] - of_all, step_m)
     return true[0] / seen[0], true[1] / seen[1], 1 / merged_excursion_factor(true[0], step_m)
 
 
@@ -197,6 +201,22 @@ def head_step_m(sums: Sums, rule: str = "") -> float:
     """Return the head's mean net advance along the wall from frame to frame; 0 before any."""
     intervals, distance_m = sums.total(f"advance{rule}")
     return float(distance_m / intervals) if intervals else 0.0
+
+
+def noise_and_threshold_m(sums: Sums) -> tuple[float, float]:
+    """Return the noise of the radius and the distance that counts as contact.
+
+    Of several trials those of the noisiest; NaN where no contact was seen.
+    """
+    trials = [trial["radius_noise"].sum(axis=0) for trial in sums.trials if "radius_noise" in trial]
+    seen = [(noise / n, threshold / n) for n, noise, threshold in trials if n > 0]
+    return max(seen, key=lambda pair: pair[0] / pair[1], default=(nan, nan))
+
+
+def noise_in_thresholds(sums: Sums) -> float:
+    """Return the same as a ratio; 0 where no contact was seen."""
+    noise_m, threshold_m = noise_and_threshold_m(sums)
+    return noise_m / threshold_m if threshold_m > 0 else 0.0
 
 
 def reversal_chance(sums: Sums) -> Interval:

@@ -37,6 +37,10 @@ def _first(total: Floats) -> float:
     return float(total[0])
 
 
+def _third(total: Floats) -> float:
+    return float(total[2])
+
+
 @dataclass(frozen=True, slots=True)
 class Definition:
     """One quantity.
@@ -67,6 +71,8 @@ class Definition:
         The setting that says how many items are needed at least; empty: none.
     undetermined, missing : str
         Why there is no value where the estimate is NaN, and where the sums are missing.
+    most_noise : float
+        Noise of the radius, in thresholds of contact, beyond which the number is refused.
     """
 
     name: str
@@ -84,6 +90,7 @@ class Definition:
     needs: str = "minimum_n"
     undetermined: str = UNDETERMINED
     missing: str = NO_CHAMBER
+    most_noise: float = inf
 
     def of(self, sums: Sums) -> Quantity:
         """Return the number with its interval and n, or why there is none."""
@@ -98,7 +105,9 @@ class Definition:
         settings = sums.settings
         needed = max(settings.minimum_n, getattr(settings, self.needs)) if self.needs else 0
         why, estimate = "", (nan, nan, nan)
-        if n < needed:
+        if by.noise_in_thresholds(sums) > self.most_noise:
+            why = _too_noisy(sums, self.most_noise)
+        elif n < needed:
             why = not_enough(n, self.items, needed)
         else:
             try:
@@ -121,6 +130,14 @@ class Definition:
         )
 
 
+def _too_noisy(sums: Sums, most: float) -> str:
+    noise_mm, threshold_mm = (MM_PER_M * value for value in by.noise_and_threshold_m(sums))
+    return (
+        f"the head's radius is too noisy: {noise_mm:.3f} mm, more than {most:g} of the "
+        f"{threshold_mm:.3f} mm within which the head touches the wall"
+    )
+
+
 FRAMES, WITH_BODY, WITH_SPEED = (
     "frames in a chamber",
     "frames with a body angle",
@@ -131,6 +148,8 @@ CONTACTS = "complete contacts above the resolution limit"
 EXCURSIONS = "complete excursions above the resolution limit"
 FINDINGS = "findings of the exit after a contact"
 CAUSES = "failed attempts whose cause can be told"
+NOISE_FOR_RULE, NOISE_FOR_STATES = 0.25, 0.4
+"""In thresholds: one threshold on noisy radii flickers; from two states d_c is 5 % off beyond."""
 PART_OF_FAILURES = "part of the failed entries"
 SMALL_IS_BAD = "fit of an exponential law: small is bad"
 
@@ -160,7 +179,8 @@ def _peak_of_angle(side: int) -> Definition:
 def _length(name: str, html: str, plain: str, meaning: str, which: int, items: str) -> Definition:
     return Definition(
         name, "mm", f"⟨{html}⟩", rf"$\langle {plain} \rangle$", meaning, name,
-        by.length(name, which), items, scale=MM_PER_M,
+        by.length(name, which), items, _third if which < 2 else _first, scale=MM_PER_M,
+        most_noise=NOISE_FOR_STATES,
     )  # fmt: skip
 
 
@@ -170,6 +190,7 @@ def _fit(name: str, html: str, plain: str, bin_width: float, items: str) -> Defi
         f"{name}_exponential_p", "1", f"p({html})", f"$p({plain})$", SMALL_IS_BAD, f"{name}_excess",
         by.exponential_fit(f"{name}_excess", bin_width), items, lambda total: total[:-1].sum(),
         needs="fewest_for_p", missing=missing,
+        most_noise=inf if name == "tau_h" else NOISE_FOR_STATES,
     )  # fmt: skip
 
 
@@ -230,6 +251,12 @@ EPISODES = (
             1, EXCURSIONS),
     _length("delta_r_h", "Δ<i>r</i><sub>h</sub>", r"\Delta r_h", "radial excursion out of contact",
             2, EXCURSIONS),
+    Definition(
+        "radius_noise", "mm", "σ(<i>r</i><sub>h</sub>)", r"$\sigma(r_h)$",
+        "noise of the head's radius, from its spread in contact", "radius_noise",
+        lambda sums: (by.noise_and_threshold_m(sums)[0], nan, nan), "complete contacts",
+        scale=MM_PER_M,
+    ),
     _fit("d_c", "<i>d</i><sub>c</sub>", "d_c", LENGTH_BIN_M, CONTACTS),
     _fit("d_nc", "<i>d</i><sub>nc</sub>", "d_{nc}", LENGTH_BIN_M, EXCURSIONS),
     _fit("delta_r_h", "Δ<i>r</i><sub>h</sub>", r"\Delta r_h", LENGTH_BIN_M, EXCURSIONS),
@@ -276,7 +303,7 @@ MOTION = (
     Definition(
         "reversal_per_cycle", "1", "reversal", "reversals per cycle",
         "probability per slide and hop", "reversal_per_cycle", by.reversal_chance,
-        "pairs of cycles",
+        "pairs of cycles", most_noise=NOISE_FOR_STATES,
     ),
     _gap("bridged", "over which the direction is followed"),
     _gap("missing", "too long for the direction to be followed"),
@@ -340,7 +367,7 @@ def _under_rule(rule: str) -> list[Definition]:
         Definition(
             f"{name}_at_{rule}", "mm", f"{name}_at_{rule}", f"{name} at {rule}".replace("_", " "),
             "", f"{name}_at_{rule}", by.length(f"{name}_at_{rule}", which, f"_at_{rule}"), items,
-            scale=MM_PER_M,
+            scale=MM_PER_M, most_noise=NOISE_FOR_RULE,
         )
         for which, (name, items) in enumerate((("d_c", CONTACTS), ("d_nc", EXCURSIONS)))
     ]  # fmt: skip

@@ -33,7 +33,7 @@ class Observables:
     v_b_m_s : float
         R·θ̇_h.
     contact : bool or None
-        Whether R − r_h < 0.3·d_w; None where it cannot be told.
+        Whether R − r_h < 0.3·d_w without noise, as far as known then; None where it cannot be told.
     """
 
     frame: int
