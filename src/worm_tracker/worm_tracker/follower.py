@@ -333,12 +333,14 @@ class Follower:
         )
         if found.agreement < settings.least_agreement:
             return _coiled(detection), None
-        if found.over_limits > 1:
-            followed = found.over_limits < settings.propagation.lost_over_limits
-            return _coiled(detection), found if followed else None
         leaps = model.leaps(found.points, last, frames)
         confidence = (settings.leap_confidence if leaps else 1.0) * found.agreement
-        return observation_of(found, model, confidence, settings.propagation), found
+        observation = observation_of(found, model, confidence, settings.propagation)
+        if found.over_limits > settings.propagation.lost_over_limits:
+            return _coiled(detection), None
+        if found.over_limits > 1:
+            return replace(_coiled(detection), followed=observation), found
+        return observation, found
 
     def _with_occlusion(self, observation: Observation, detection: Detection) -> Observation:
         """Return an observation that says which part of its midline was not seen."""

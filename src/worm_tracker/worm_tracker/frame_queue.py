@@ -131,6 +131,8 @@ class FrameQueue:
             pending.observation, pending.reliability = linked.observation, linked.reliability
             if linked.decision is not None:
                 self._revise(linked.decision)
+        elif pending.observation.followed is not None:
+            pending.reliability = self._head_tail.follow(pending.observation.followed)
         else:
             self._head_tail.miss()
         self._linked.append(pending)

@@ -33,6 +33,9 @@ class Observation:
     unresolved : Detection or None
         Where the body is coiled, or folded with a hidden end: what a later frame needs to tell how
         it lay.
+    followed : Observation or None
+        Where the body was followed into a coil, but does not explain all of it: how it may lie.
+        Not told, but which end is which is carried on by it.
     """
 
     status: Status
@@ -46,6 +49,7 @@ class Observation:
     appearance: Floats | None = None
     end_sd_px: tuple[float, float] = (0.0, 0.0)
     unresolved: Detection | None = None
+    followed: "Observation | None" = None
 
     @property
     def has_midline(self) -> bool:

@@ -216,13 +216,14 @@ class HeadTail:
         if self._doubt is not None:
             self._doubt = replace(self._doubt, frames=self._doubt.frames + 1)
 
+    def follow(self, observation: Observation) -> float:
+        """Carry the order of the ends on over a midline that is not told; return how surely."""
+        return self._link(observation).reliability
+
     def push(self, observation: Observation) -> Link:
         """Join the next midline, which may be either way round, and weigh what it says."""
-        link = self._chain.push(observation)
-        if link.is_new_body and not self._corrected:
-            self._forget()
+        link = self._link(observation)
         seen, reliability = link.observation, link.reliability
-        self._cross(reliability)
         if link.motion is not None:
             self._add_motion(link.motion, 2 * reliability - 1)
         decision = None if seen.appearance is None else self._add_appearance(seen.appearance)
@@ -231,6 +232,14 @@ class HeadTail:
             seen = seen.reversed()
         self._note_swap()
         return replace(link, observation=seen, decision=decision)
+
+    def _link(self, observation: Observation) -> Link:
+        """Join a midline, and take the belief over the link."""
+        link = self._chain.push(observation)
+        if link.is_new_body and not self._corrected:
+            self._forget()
+        self._cross(link.reliability)
+        return link
 
     def _forget(self) -> None:
         """Forget what was held to be the head's looks and motion: it was not of this body."""

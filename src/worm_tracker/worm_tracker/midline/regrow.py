@@ -44,6 +44,7 @@ def regrown(
     mask: Picture,
     wanted: Picture,
     width: float,
+    end_width: float,
     last_end: bool,
     settings: RegrowSettings,
 ) -> BodyPath | None:
@@ -55,8 +56,8 @@ def regrown(
         In the masks' coordinates.
     mask, wanted : ndarray of uint8, shape (h, w)
         The object, and what of it is missing in the body; not zero there.
-    width : float
-        The body's, pixels.
+    width, end_width : float
+        The body's, and that of its end, which may taper, pixels.
     last_end : bool
         Whether the path's last end is meant, rather than its first.
     settings : RegrowSettings
@@ -71,7 +72,7 @@ def regrown(
         count = round((cut + settings.beyond_widths) * settings.nodes_per_width)
         turn = heading + curvature[:, None] * step * (np.arange(count) + 0.5)
         arcs = stem[-1] + np.cumsum(step * np.exp(1j * turn), axis=1)
-        gain = _gain(arcs, np.exp(1j * turn), mask, wanted, width, settings)
+        gain = _gain(arcs, np.exp(1j * turn), mask, wanted, end_width, settings)
         k, j = np.unravel_index(int(gain.argmax()), gain.shape)
         if gain[k, j] > 0 and (best is None or gain[k, j] > best[0]):
             best = float(gain[k, j]), np.concatenate([stem, arcs[k, : j + 1]])
@@ -86,11 +87,11 @@ def _gain(
     tangent: Complex,
     mask: Picture,
     wanted: Picture,
-    width: float,
+    end_width: float,
     settings: RegrowSettings,
 ) -> Floats:
     """Return what each arc, cut off after each node, covers of what is missing, less its costs."""
-    side = 1j * tangent * settings.side_widths * width
+    side = 1j * tangent * settings.side_widths * end_width
     on = [interpolate(mask, arcs + sign * side) > 127 for sign in (-1, 0, 1)]
     covers = [interpolate(wanted, arcs + sign * side) > 127 for sign in (-1, 0, 1)]
     off = 1 - np.mean(on, axis=0)

@@ -51,6 +51,8 @@ class PropagationSettings:
     """Log of the length over the known one that costs nothing: a worm's own stroke."""
     unexplained_cost_per_width2: float = 0.15
     """What a squared width that is not explained takes off it."""
+    end_part_widths: float = 2.0
+    """How much of the body an end is that may taper."""
     most_stretches: int = 3
     """How often a bend is laid anew."""
     most_end_sd_widths: float = 0.35
@@ -184,6 +186,7 @@ class CandidateSearch:
                 self.mask,
                 found.unexplained.wanted,
                 self.model.width,
+                self.end_width(last_end),
                 last_end,
                 self.settings.regrow,
             )
@@ -193,6 +196,13 @@ class CandidateSearch:
             if slid is not None and slid.unexplained.total < found.unexplained.total:
                 found = slid
         return found
+
+    def end_width(self, last_end: bool) -> float:
+        """Return the mean width of the body's last few widths, in pixels."""
+        widths = self.model.widths[::-1] if last_end else self.model.widths
+        per_point = self.model.length / (len(widths) - 1)
+        count = max(3, round(self.settings.end_part_widths * self.model.width / per_point))
+        return float(widths[:count].mean())
 
     def best(
         self, slid: Candidate | None, starts: list[Floats], contour_body: RefinedMidline | None
