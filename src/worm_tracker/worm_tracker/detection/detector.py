@@ -41,6 +41,7 @@ from worm_tracker.detection.illumination import (
     empty_rig,
 )
 from worm_tracker.detection.occlusion import OcclusionSettings
+from worm_tracker.detection.pale_ends import PaleEndSettings, may_miss_an_end, with_pale_ends
 from worm_tracker.detection.reconnection import drawn, reconnected
 from worm_tracker.midline.body_model import BodyModel
 
@@ -73,6 +74,7 @@ class DetectorSettings:
     illumination: IlluminationSettings = field(default_factory=IlluminationSettings)
     glare: GlareSettings = field(default_factory=GlareSettings)
     occlusion: OcclusionSettings = field(default_factory=OcclusionSettings)
+    pale_ends: PaleEndSettings = field(default_factory=PaleEndSettings)
     debris: DebrisSettings = field(default_factory=DebrisSettings)
 
 
@@ -162,12 +164,16 @@ class Detector:
         all_worm : ndarray, shape (TRACKED_POINTS, 2), or None
             The midline where it is that of all of the worm: what is elsewhere is something else.
         """
+        dark = self._dark_mask(picture, detection.gain, prior)
         if isinstance(detection, Missed):
-            mask = self._dark_mask(picture, detection, prior)
-            self._background.average(picture, detection.gain, mask)
+            self._background.average(picture, detection.gain, dark)
             return
         if detection.occlusion is None:  # else not all of the worm may be known
-            self._background.average(picture, detection.gain, self._worm_mask(detection.blob))
+            worm = self._worm_mask(detection.blob)
+            least = self._settings.cut_off_area_over_worm * prior.area
+            part = detection.blob.area < least  # the rest may be paler than the threshold
+            mask = _either(worm, dark) if part else worm
+            self._background.average(picture, detection.gain, mask)
         if all_worm is not None and prior.model is not None:
             self._absorb_debris(picture, detection, prior, prior.model, all_worm)
 
@@ -204,7 +210,12 @@ class Detector:
         blobs = self._blobs(signal, self._first_threshold, everything)
         if not blobs:
             return np.zeros_like(picture)
-        worm = draw_blob(blobs[0], everything, margin)
+        settings = self._settings
+        view = SignalView(everything, signal, signal, self._first_threshold, 1.0, settings.blobs)
+        whole = with_pale_ends(
+            Detection(view, blobs[0]), DetectionPrior(), self._noise, settings.pale_ends
+        )
+        worm = draw_blob(whole.blob, everything, margin)
         white = cv2.compare(picture, glare_limit(self._empty), cv2.CMP_GT)
         if white.any():  # what is near glare may be another part of the worm
             size = 2 * self._settings.search_margin_px + 1
@@ -249,7 +260,10 @@ class Detector:
         if blob is None or (blob.touches(view.window) and not blob.touches(whole_picture(shape))):
             return None
         found = Detection(view, blob, self._is_crowded(blobs, blob, prior))
-        return self._with_cut_off(found, len(blobs), prior)
+        found = self._with_cut_off(found, len(blobs), prior)
+        if not may_miss_an_end(found, prior, self._settings.pale_ends):
+            return found
+        return with_pale_ends(found, prior, self._noise, self._settings.pale_ends)
 
     def _missed(self, view: SignalView, prior: DetectionPrior) -> Missed:
         """Say why there is no worm in the whole picture."""
@@ -350,7 +364,7 @@ class Detector:
         return lambda window: draw_blob(blob, window, blur) if blob.near(window, blur) else None
 
     def _dark_mask(
-        self, picture: Picture, missed: Missed, prior: DetectionPrior
+        self, picture: Picture, gain: float, prior: DetectionPrior
     ) -> Callable[[Window], Picture]:
         """Return the function that masks all that may be the worm for the background."""
         settings = self._settings
@@ -358,10 +372,22 @@ class Detector:
         level = max(level, settings.dark_over_noise * self._noise)
 
         def dark(window: Window) -> Picture:
-            signal = self._background.signal(picture, missed.gain, window)
+            signal = self._background.signal(picture, gain, window)
             return np.asarray(signal > level, np.uint8)
 
         return dark
+
+
+def _either(
+    one: Callable[[Window], Picture | None], other: Callable[[Window], Picture]
+) -> Callable[[Window], Picture]:
+    """Return the function that masks what either of two masks."""
+
+    def both(window: Window) -> Picture:
+        mask = one(window)
+        return other(window) if mask is None else np.asarray(mask | other(window), np.uint8)
+
+    return both
 
 
 def _clear_water(arena: Mask, geometry: Geometry) -> Mask:

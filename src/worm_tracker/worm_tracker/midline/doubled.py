@@ -6,6 +6,7 @@ clearly different. A skin varies, and a body tapers, but neither steps.
 """
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -23,6 +24,9 @@ class DoubledSettings:
     """Difference over the lower value from which on it is a step."""
     most_scatter_relative: float = 0.06
     """Most that either side of the step may scatter about its own median."""
+    most_level_step_relative: float = 1.05
+    """Difference in darkness beyond which it is no overlap, which is less than twice as dark as
+    one layer: an end is pale."""
     least_part: float = 0.08
     """Least part of the body on either side."""
 
@@ -31,10 +35,12 @@ def looks_doubled(body: RefinedMidline, settings: DoubledSettings) -> bool:
     """Tell whether a body's darkness or width falls into two even parts."""
     cut = round(settings.end_part * len(body.levels))
     inner = slice(cut, len(body.levels) - cut)
-    return _steps(body.levels[inner], settings) or _steps(body.widths[inner], settings)
+    most = settings.most_level_step_relative
+    levels, widths = body.levels[inner], body.widths[inner]
+    return _steps(levels, settings, most) or _steps(widths, settings)
 
 
-def _steps(values: Floats, settings: DoubledSettings) -> bool:
+def _steps(values: Floats, settings: DoubledSettings, most: float = inf) -> bool:
     """Tell whether values fall into two groups, each of its own level."""
     ordered = np.sort(values)
     n = len(ordered)
@@ -47,7 +53,7 @@ def _steps(values: Floats, settings: DoubledSettings) -> bool:
     between[n - least :] = 0.0
     k = int(between.argmax()) + 1
     below, above = float(np.median(ordered[:k])), float(np.median(ordered[k:]))
-    if above < (1 + settings.least_step_relative) * below:
+    if not settings.least_step_relative <= above / max(below, 1e-9) - 1 <= most:
         return False
     scatter = (_scatter(ordered[:k], below), _scatter(ordered[k:], above))
     return max(scatter) < settings.most_scatter_relative

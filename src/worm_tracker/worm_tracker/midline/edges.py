@@ -52,8 +52,8 @@ class HalfHeightEdges(NamedTuple):
 
     distances: Floats
     found: Mask
-    heights: Floats
-    slopes: Floats
+    heights: Floats32
+    slopes: Floats32
 
 
 @cache
@@ -88,7 +88,7 @@ def sample_lines(signal: Picture, lines: list[Complex], t: Floats32) -> Floats32
 def find_half_heights(
     profiles: Floats32, level: Floats32, reach_px: float, settings: EdgeSettings
 ) -> HalfHeightEdges:
-    """Find where each profile first falls below half of the peak within a reach before it.
+    """Find where each profile first falls below half of its peak.
 
     Parameters
     ----------
@@ -97,19 +97,13 @@ def find_half_heights(
     level : ndarray of float32, shape (n,)
         The signal in the body there.
     reach_px : float
-        How far inside an edge its peak may be.
+        How far inside an edge its peak may be; infinity for anywhere on the profile.
     settings : EdgeSettings
     """
     low = settings.lowest_signal_over_body_level * level
     most = 0.5 * settings.most_peak_over_body_level * level
-    size = profiles.shape[1]
-    reach = min(round(reach_px / PROFILE_STEP_PX), size - 1)
-    half = np.zeros_like(profiles)
-    half[:, 1:] = profiles[:, :-1] + profiles[:, 1:]  # of two samples: less noise
-    half[:, 0] = half[:, 1]
-    kernel = np.ones((1, reach + 1), np.uint8)
-    half = np.asarray(cv2.dilate(half, kernel, anchor=(reach, 0)), np.float32)
-    half /= 4
+    half = _peaks(profiles, reach_px)
+    half *= 0.5
     np.maximum(half, low[:, None], out=half)
     np.minimum(half, most[:, None], out=half)
     half += _beside(profiles, low)[:, None]
@@ -118,13 +112,27 @@ def find_half_heights(
     np.maximum(at, 1, out=at)
     row = _rows(*profiles.shape)
     at += row
+    height = half[:, 0] if half.shape[1] == 1 else half.reshape(-1).take(at)
     flat = profiles.reshape(-1)
-    height, high = half.reshape(-1).take(at), flat.take(at - 1)
+    high = flat.take(at - 1)
     fall = np.maximum(high - flat.take(at), 1e-6)
     part = np.minimum(np.maximum((high - height) / fall, 0.0), 1.0)
     distances = (at - row - 1 + part) * PROFILE_STEP_PX
     distances *= found
     return HalfHeightEdges(distances, found, height, fall / PROFILE_STEP_PX)
+
+
+def _peaks(profiles: Floats32, reach_px: float) -> Floats32:
+    """Return the peak within a reach before each sample, or, shape (n, 1), of all of a profile."""
+    if np.isinf(reach_px):  # every second sample: a peak is flat
+        pairs = profiles[:, 1::2] + profiles[:, : profiles.shape[1] - 1 : 2]
+        return np.asarray(pairs.max(axis=1, keepdims=True) / 2, np.float32)
+    reach = min(round(reach_px / PROFILE_STEP_PX), profiles.shape[1] - 1)
+    pairs = profiles.copy()
+    pairs[:, 1:] += profiles[:, :-1]
+    pairs[:, 0] *= 2
+    kernel = np.full((1, reach + 1), 1, np.uint8)
+    return np.asarray(cv2.dilate(pairs, kernel, anchor=(reach, 0)) / 2, np.float32)
 
 
 def find_outline(

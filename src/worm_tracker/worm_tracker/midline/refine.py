@@ -73,6 +73,9 @@ class RefineSettings:
     4.2 standard deviations of the blur, of which such an edge has a slope of 0.8 over height."""
     line_over_area: float = 0.98
     """Half-height width times peak, over the area and the peak beside it, of what is narrower."""
+    end_level_counts: float = 2.0
+    """Times the level near a tip that the body's level counts there, at most: an end may be pale,
+    or so thin that its level is low."""
     tips: TipSettings = field(default_factory=TipSettings)
     edge: EdgeSettings = field(default_factory=EdgeSettings)
 
@@ -160,7 +163,9 @@ def refine(
     curve = np.interp(margin + (length - 2 * margin) * unit_grid(nodes), s, curve)
     body = _centre(signal, _smooth(curve, sigma), width, 0.6 * sigma, settings)
     level = _upper_median(body.level)
-    whole = with_tips(signal, body.curve, level, width, settings.tips)
+    most = settings.end_level_counts
+    ends = min(level, most * float(body.level[0])), min(level, most * float(body.level[-1]))
+    whole = with_tips(signal, body.curve, ends, width, settings.tips)
     s_whole = complex_arc_length(whole)
     s, across = _widths_to_tips(whole, s_whole, body.curve, body.outline)
     _, half_height = _widths_to_tips(whole, s_whole, body.curve, body.widths)
@@ -246,7 +251,7 @@ def _centre(
         shift, across = _fill(shift, trusted, 0.0), _fill(across, trusted, width)
     moved = _smooth(curve + normal * shift, sigma)
     darker = np.maximum(level, _level(profiles, settings.spine_half_width_widths * width))
-    edges = find_half_heights(both, np.concatenate([darker, darker]), half, settings.edge)
+    edges = find_half_heights(both, np.concatenate([darker, darker]), np.inf, settings.edge)
     trusted &= edges.found[:n] & edges.found[n:]
     widths = edges.distances[:n] + edges.distances[n:]
     if not trusted.all():

@@ -57,7 +57,7 @@ class _EndBases(NamedTuple):
 
 
 def with_tips(
-    signal: Picture, curve: Complex, level: float, width: float, settings: TipSettings
+    signal: Picture, curve: Complex, level: tuple[float, float], width: float, settings: TipSettings
 ) -> Complex:
     """Let a centred midline, which ends short of its tips, end at the outermost points.
 
@@ -71,8 +71,8 @@ def with_tips(
         Background minus picture.
     curve : ndarray of complex, shape (n,)
         The midline, u + iv.
-    level : float
-        The body's signal.
+    level : tuple of float
+        The body's signal near either end.
     width : float
         The body's expected width, pixels.
     settings : TipSettings
@@ -82,7 +82,7 @@ def with_tips(
     aside = ((ends.axes * ends.bends)[:, None] * _ASIDE).ravel()
     t = distance_powers(0, int(settings.ray_length_widths * width / PROFILE_STEP_PX), 3)
     profiles = sample_lines(signal, [ends.bases.repeat(len(_FAN)), rays, aside], t)
-    levels = np.full(len(rays), level, np.float32)
+    levels = np.repeat(np.array(level, np.float32), len(_FAN))
     distances, found, *_ = find_half_heights(
         profiles, levels, settings.peak_from_tip_widths * width, settings.edge
     )
