@@ -86,7 +86,11 @@ def sample_lines(signal: Picture, lines: list[Complex], t: Floats32) -> Floats32
 
 
 def find_half_heights(
-    profiles: Floats32, level: Floats32, reach_px: float, settings: EdgeSettings
+    profiles: Floats32,
+    level: Floats32,
+    reach_px: float,
+    settings: EdgeSettings,
+    height: float = 0.5,
 ) -> HalfHeightEdges:
     """Find where each profile first falls below half of its peak.
 
@@ -101,9 +105,9 @@ def find_half_heights(
     settings : EdgeSettings
     """
     low = settings.lowest_signal_over_body_level * level
-    most = 0.5 * settings.most_peak_over_body_level * level
+    most = height * settings.most_peak_over_body_level * level
     half = _peaks(profiles, reach_px)
-    half *= 0.5
+    half *= height
     np.maximum(half, low[:, None], out=half)
     np.minimum(half, most[:, None], out=half)
     half += _beside(profiles, low)[:, None]
@@ -112,14 +116,14 @@ def find_half_heights(
     np.maximum(at, 1, out=at)
     row = _rows(*profiles.shape)
     at += row
-    height = half[:, 0] if half.shape[1] == 1 else half.reshape(-1).take(at)
+    level_there = half[:, 0] if half.shape[1] == 1 else half.reshape(-1).take(at)
     flat = profiles.reshape(-1)
     high = flat.take(at - 1)
     fall = np.maximum(high - flat.take(at), 1e-6)
-    part = np.minimum(np.maximum((high - height) / fall, 0.0), 1.0)
+    part = np.minimum(np.maximum((high - level_there) / fall, 0.0), 1.0)
     distances = (at - row - 1 + part) * PROFILE_STEP_PX
     distances *= found
-    return HalfHeightEdges(distances, found, height, fall / PROFILE_STEP_PX)
+    return HalfHeightEdges(distances, found, level_there, fall / PROFILE_STEP_PX)
 
 
 def _peaks(profiles: Floats32, reach_px: float) -> Floats32:

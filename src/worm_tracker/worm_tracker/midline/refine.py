@@ -163,12 +163,10 @@ def refine(
     curve = np.interp(margin + (length - 2 * margin) * unit_grid(nodes), s, curve)
     body = _centre(signal, _smooth(curve, sigma), width, 0.6 * sigma, settings)
     level = _upper_median(body.level)
-    most = settings.end_level_counts
-    ends = min(level, most * float(body.level[0])), min(level, most * float(body.level[-1]))
-    whole = with_tips(signal, body.curve, ends, width, settings.tips)
+    near_ends = np.minimum(level, settings.end_level_counts * body.level[[0, -1]])
+    whole = with_tips(signal, body.curve, near_ends, width, settings.tips)
     s_whole = complex_arc_length(whole)
-    s, across = _widths_to_tips(whole, s_whole, body.curve, body.outline)
-    _, half_height = _widths_to_tips(whole, s_whole, body.curve, body.widths)
+    s, across, half_height = _widths_to_tips(whole, s_whole, body)
     begins = 1 if whole[0] != body.curve[0] else 0
     centre = _centroid(np.interp(s, s_whole, whole), s, half_height)
     grid = s_whole[-1] * unit_grid(TRACKED_POINTS)
@@ -203,17 +201,20 @@ def _centroid(curve: Complex, s: Floats, widths: Floats) -> complex:
 
 
 def _widths_to_tips(
-    whole: Complex, s_whole: Floats, curve: Complex, widths: Floats
-) -> tuple[Floats, Floats]:
-    """Return arc lengths from tip to tip and the widths there; the ends are round."""
-    length = float(s_whole[-1])
+    whole: Complex, s_whole: Floats, body: "_Centred"
+) -> tuple[Floats, Floats, Floats]:
+    """Return arc lengths from tip to tip and both widths there; the ends are round."""
+    length, curve = float(s_whole[-1]), body.curve
     first_gap = abs(curve[0] - whole[0])
     last_gap = abs(curve[-1] - whole[-1])
     at = s_whole[1:] if first_gap > 0 else s_whole
     at = at[: len(curve)]
     first, last = _CAP_AT * first_gap, length - _CAP_AT[::-1] * last_gap
-    s = np.concatenate([first, at, last])
-    return s, np.concatenate([_CAP * widths[0], widths, _CAP[::-1] * widths[-1]])
+    outline, half_height = (
+        np.concatenate([_CAP * widths[0], widths, _CAP[::-1] * widths[-1]])
+        for widths in (body.outline, body.widths)
+    )
+    return np.concatenate([first, at, last]), outline, half_height
 
 
 def _smooth(curve: Complex, sigma: float) -> Complex:

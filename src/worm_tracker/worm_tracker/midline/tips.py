@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask, Picture
 from worm_tracker.midline.curve import complex_arc_length
 from worm_tracker.midline.edges import (
     PROFILE_STEP_PX,
@@ -37,8 +37,10 @@ class TipSettings:
 
     ray_length_widths: float = 1.8
     """Length of a ray: a pointed end reaches farther beyond the fan's base than a round one."""
-    peak_from_tip_widths: float = 0.22
+    peak_from_tip_widths: float = 0.4
     """How far from its tip an end may be darkest: nearer than a paler, or broader, part of it."""
+    edge_over_peak: float = 0.45
+    """Part of that peak at a tip: less than half, since a lens draws an end inwards."""
     base_from_end_widths: float = 0.3
     """How far from the end of a midline that stops short of its tip the fan has its base."""
     bend_stretch_widths: float = 0.4
@@ -57,7 +59,7 @@ class _EndBases(NamedTuple):
 
 
 def with_tips(
-    signal: Picture, curve: Complex, level: tuple[float, float], width: float, settings: TipSettings
+    signal: Picture, curve: Complex, level: Floats32, width: float, settings: TipSettings
 ) -> Complex:
     """Let a centred midline, which ends short of its tips, end at the outermost points.
 
@@ -71,7 +73,7 @@ def with_tips(
         Background minus picture.
     curve : ndarray of complex, shape (n,)
         The midline, u + iv.
-    level : tuple of float
+    level : ndarray, shape (2,)
         The body's signal near either end.
     width : float
         The body's expected width, pixels.
@@ -82,9 +84,13 @@ def with_tips(
     aside = ((ends.axes * ends.bends)[:, None] * _ASIDE).ravel()
     t = distance_powers(0, int(settings.ray_length_widths * width / PROFILE_STEP_PX), 3)
     profiles = sample_lines(signal, [ends.bases.repeat(len(_FAN)), rays, aside], t)
-    levels = np.repeat(np.array(level, np.float32), len(_FAN))
+    levels = np.asarray(np.repeat(level, len(_FAN)), np.float32)
     distances, found, *_ = find_half_heights(
-        profiles, levels, settings.peak_from_tip_widths * width, settings.edge
+        profiles,
+        levels,
+        settings.peak_from_tip_widths * width,
+        settings.edge,
+        settings.edge_over_peak,
     )
     first = _outermost(distances[: len(_FAN)], found[: len(_FAN)])
     last = _outermost(distances[len(_FAN) :], found[len(_FAN) :])
