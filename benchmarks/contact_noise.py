@@ -125,6 +125,7 @@ def truth_of(worm: KnownWorm) -> dict[str, float]:
         "d_nc": 1e3 * true.d_nc,
         "delta_r_h": 1e3 * true.delta_r_h,
         "reversal_per_cycle": true.reversal,
+        "v_b": 1e3 * worm.speed,
     }
 
 
@@ -151,7 +152,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="rows whose name holds this")
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
-    names = ("d_c", "d_nc", "delta_r_h", "reversal_per_cycle")
+    names = ("d_c", "d_nc", "delta_r_h", "reversal_per_cycle", "v_b")
     table = Table(
         "film", "1/s", *names, "θ_h⁰ off, τ_h",
         title=f"bias and coverage in {given.seeds} trials of {given.minutes:g} min",

@@ -1,7 +1,7 @@
 """How often a 95 % interval holds the truth: many trials of a worm whose laws are known.
 
 Each seed is one trial of `known_worm`, analysed as any other. The truth is a parameter of the worm
-where the measured quantity is one; where it is defined by the track (τ_h, C_θ, t_per, v_b, …) it
+where the measured quantity is one; where it is defined by the track (τ_h, C_θ, t_per, …) it
 comes from a far longer life of the same worm, event by event and by plain array arithmetic. C_θ is
 that within visits, as it is measured: visits of a worm that goes straight on are short, so it falls
 faster than that of a walk without an exit. And t_per is what the fit gives with no end of data,
@@ -26,7 +26,6 @@ from benchmarks.known_worm import (
     Camera,
     Emergence,
     KnownWorm,
-    R,
     Search,
     Try,
     film,
@@ -87,6 +86,7 @@ def truths(worm: KnownWorm) -> dict[str, float]:
         "d_c": rule.d_c * 1e3,
         "d_nc": rule.d_nc * 1e3,
         "delta_r_h": rule.delta_r_h * 1e3,
+        "v_b": worm.speed * 1e3,
         "v_w": worm.speed / np.sin(worm.lean) * 1e3,
         "reversal_per_cycle": rule.reversal,
         "psi_b_positive_peak": float(np.degrees(worm.lean)),
@@ -105,7 +105,7 @@ def truths(worm: KnownWorm) -> dict[str, float]:
 def _truths_of_a_long_life(worm: KnownWorm) -> dict[str, float]:
     cells = round(max(120.0, *LAGS_S) / CELL_S)
     products, pairs = np.zeros(cells + 1), np.zeros(cells + 1)
-    sums = dict.fromkeys(("speed", "n", "turns", "directed", "contact", "time", "skips"), 0.0)
+    sums = dict.fromkeys(("turns", "directed", "contact", "time", "skips"), 0.0)
     moments = np.zeros((2, 2))
     tau: list[float] = []
     rng = np.random.default_rng(TRUTH_SEED)
@@ -130,7 +130,6 @@ def _truths_of_a_long_life(worm: KnownWorm) -> dict[str, float]:
         "t_per": fit_decay_time(lag[grid] * CELL_S, c[grid], pairs[grid].astype(np.int64)),
         "tau_h": float(np.mean(tau)),
         "n_s": 1800 * sums["skips"] / sums["time"],
-        "v_b": 1e3 * sums["speed"] / sums["n"],
         "reversal_rate": sums["turns"] / sums["directed"],
         "contact_fraction": sums["contact"] / sums["time"],
         "theta_dot_psi_b_correlation": float(
@@ -161,8 +160,6 @@ def _add_search(
     sign = np.sign(speed)
     turns = sign[1:] != sign[:-1]
     spent = np.diff(search.t)
-    sums["speed"] += R * float(np.abs(speed).sum())
-    sums["n"] += len(t)
     sums["turns"] += int(turns.sum())
     sums["directed"] += CELL_S * len(turns)
     sums["contact"] += float(spent[::2].sum())

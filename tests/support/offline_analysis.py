@@ -156,6 +156,22 @@ class Offline:
                 )
         return found
 
+    def way_near_wall(self):
+        """Time and way of the phases near the wall, without the frames in which the head turns."""
+        time_s = way = 0.0
+        before = None
+        for e in self.episodes():
+            turn = self.theta[e["end"]] - self.theta[e["first"]]
+            spent_s = (e["end_ns"] - e["start_ns"]) / 1e9
+            told = np.isfinite(self.contact)
+            frames = max(told[e["first"] : e["end"]].sum(), 1)
+            if not e["depth"] > R / 4:
+                turned = before is not None and before * turn < 0
+                time_s += spent_s * (1 - 1 / frames if turned else 1)
+                way += e["distance"]
+            before = None if e["cut"] else turn
+        return time_s, way
+
     def excess(self, in_contact, cutoff, **rule):
         """Complete episodes above a cut-off, and what all above it exceed it by."""
         chosen = [
@@ -166,10 +182,10 @@ class Offline:
         return sum(e["complete"] for e in chosen), sum(e["distance"] - cutoff for e in chosen)
 
     def skips(self):
-        """Hops from the wall on one side of the exit to the wall on its other side."""
+        """Hops near the wall from one side of the exit to its other side."""
         count = 0
         for e in self.episodes():
-            if e["in_contact"] or not e["complete"] or e["cut"]:
+            if e["in_contact"] or not e["complete"] or e["cut"] or e["depth"] >= R / 2:
                 continue
             ends = sorted(self.theta[[e["before"], e["end"]]])
             for turn in range(-40, 41):

@@ -126,12 +126,26 @@ def test_a_skip_is_a_hop_over_the_exit(depth_m, skips, frames, turns):
     assert found["n_s"].n == skips
 
 
-def test_a_hop_across_the_chamber_skips_the_exit_as_far_as_it_sweeps_over_it():
+@pytest.mark.parametrize(("depth_m", "skips"), [(0.3 * R, 1), (0.8 * R, 0)])
+def test_a_way_through_the_middle_of_the_chamber_skips_nothing(depth_m, skips):
     """Both come from the wall at -1.2 rad; one comes back to it beyond the exit, one before."""
-    for end_rad, skips in ((1.2, 1), (-0.3, 0)):
-        path = Path().along(-2.0, -1.2, ALONG_WALL, 40).along(-1.1, 0.4, 0.8 * R, 10)
-        path.along(0.4, end_rad, 0.8 * R, 10).along(end_rad, end_rad, ALONG_WALL, 10)
-        assert of(Visit, path.events()[0])[0].skips == skips
+    for end_rad, passed in ((1.2, skips), (-0.3, 0)):
+        path = Path().along(-2.0, -1.2, ALONG_WALL, 40).along(-1.1, 0.4, depth_m, 10)
+        path.along(0.4, end_rad, depth_m, 10).along(end_rad, end_rad, ALONG_WALL, 10)
+        assert of(Visit, path.events()[0])[0].skips == passed
+
+
+@pytest.mark.parametrize("y_m", [-3.2e-3, 3.2e-3])
+def test_a_body_that_bends_round_the_corner_of_the_exit_has_not_escaped(y_m):
+    """Its centroid leaves the circle beside the passage while the head goes on and withdraws."""
+    path = Path().along(1.0, 0.2, ALONG_WALL, 30)
+    for x_p_m in (1e-3, 3e-3, 5.15e-3, 5.8e-3, 3e-3):
+        path.into_exit(x_p_m, 5)
+        path.centroid[-1][:] = [np.sqrt((R + 0.1e-3) ** 2 - y_m**2), y_m]
+    events, _ = path.along(0.2, 1.0, ALONG_WALL, 30).events()
+    (attempt,) = of(Attempt, events)
+    assert (attempt.success, attempt.complete) == (False, True)
+    assert attempt.penetration_m == pytest.approx(5.8e-3, abs=1e-5)
 
 
 def test_a_hop_that_ends_in_the_exit_or_never_ends_is_no_skip():

@@ -23,6 +23,8 @@ from worm_msgs_py import (
 from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.units import NS_PER_S
 
+MOST_OF_RADIUS_IN_SKIP = 0.5
+"""A skip is flown nearer to the wall than to the centre."""
 _CHAMBER_OF = {Where.CHAMBER_A: CHAMBER_A, Where.CHAMBER_B: CHAMBER_B}
 
 
@@ -53,7 +55,7 @@ class RigPosition:
         self._geometry: Geometry | None = None
         self._where = Where.UNKNOWN
         self._home: Chamber | None = None
-        self._corridor = ExitCorridor(nan, nan, nan, nan)
+        self._corridor = ExitCorridor(nan, nan, nan, nan, nan)
         self.sums = PassageSums()
         self.searching = False
         self.away = True
@@ -69,9 +71,9 @@ class RigPosition:
         return self._visits.home
 
     @property
-    def skips(self) -> int:
-        """Skips of the whole trial."""
-        return self._visits.skips
+    def skips(self) -> tuple[int, int]:
+        """Skips of the whole trial, over the exit and over one that is w_s wide, as in the walk."""
+        return self._visits.skips, self._visits.wide_skips
 
     def push(self, state: BodyState, geometry: Geometry, threshold_m: float) -> list[Event]:
         """Take a frame with a head.
@@ -101,7 +103,7 @@ class RigPosition:
         if self._is_in_chamber(head_in, state, geometry):
             self._visits.locate(head_in, stamp_ns)
         if self._visits.home:
-            events += self._at_exit(state, geometry.chamber(self._visits.home), threshold_m)
+            events += self._at_exit(state, geometry, threshold_m)
         elif state.where is Where.PASSAGE:
             self._visits.pass_through()
         self.away = self._attempts.active or not self.home
@@ -128,8 +130,12 @@ class RigPosition:
         for item in closed:
             if item.episode.kind is EpisodeKind.CONTACT:
                 self._visits.touch(item.episode.start_ns, item.end_rad - item.turn_rad)
-            elif item.episode.complete and not item.cut:
-                self._visits.hop(item.before_rad, item.end_rad, self._corridor.half_arc_rad)
+            elif item.episode.complete and not item.cut and self._is_near_wall(item):
+                self._visits.hop(item.before_rad, item.end_rad, self._corridor)
+
+    def _is_near_wall(self, item: ClosedEpisode) -> bool:
+        """Tell a hop from a way through the middle of the chamber, which skips nothing."""
+        return item.episode.delta_r_m < MOST_OF_RADIUS_IN_SKIP * self._corridor.radius_m
 
     def ended_visits(self) -> list[Event]:
         """Return the visits that have ended, now that all of their contacts were observed."""
@@ -147,9 +153,10 @@ class RigPosition:
         inside = hypot(state.head.x_m, state.head.y_m) < geometry.chamber(head_in).radius_m
         return head_in == self._visits.home or inside
 
-    def _at_exit(self, state: BodyState, home: Chamber, threshold_m: float) -> list[Event]:
+    def _at_exit(self, state: BodyState, geometry: Geometry, threshold_m: float) -> list[Event]:
+        home = geometry.chamber(self._visits.home)
         if home is not self._home:
-            self._home, self._corridor = home, ExitCorridor.of(home)
+            self._home, self._corridor = home, ExitCorridor.of(home, geometry.depth_m)
         was_active = self._attempts.active
         attempt = self._attempts.push(
             home.name,
@@ -160,6 +167,7 @@ class RigPosition:
             state.length_m,
             threshold_m,
             in_passage=state.where is Where.PASSAGE,
+            through=_CHAMBER_OF.get(state.where, home.name) != home.name,
         )
         events: list[Event] = []
         if not was_active and (self._attempts.active or attempt):

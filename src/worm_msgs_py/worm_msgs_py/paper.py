@@ -71,7 +71,7 @@ _BY_EXIT_MM = {
 }
 """Those that the paper gives for a W."""
 
-SAME_WIDTH = 0.15
+SAME_WIDTH = 0.08
 """A calibration gives W to a pixel: a W within this part of one of the paper's is the same."""
 
 

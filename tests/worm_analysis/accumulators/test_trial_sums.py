@@ -114,7 +114,7 @@ def test_what_goes_with_the_speed_equals_the_plain_computation(seed):
     assert sums.total("reversal_rate") == pytest.approx([directed_s, turns], abs=1e-9)
     assert sums.total("reversal_rate_gaps") == pytest.approx(offline.gaps(), abs=1e-9)
     v = R * offline.theta_dot[np.isfinite(offline.theta_dot)]
-    assert sums.total("v_b")[1] == pytest.approx(np.abs(v).sum(), abs=1e-9)
+    assert sums.total("v_b") == pytest.approx(offline.way_near_wall(), abs=1e-9)
     assert sums.total("v_b_mean")[1] == pytest.approx(v.sum(), abs=1e-9)
     if rows.any():
         psi = offline.psi_b[offline.valid]
@@ -151,7 +151,7 @@ def test_lengths_under_every_rule_of_contact_equal_the_plain_computation(seed, a
 def test_skips_and_what_is_left_out_equal_the_plain_computation(seed):
     track = rough_track(seed, 1000, hops=True)
     offline, (analysis, _, events) = Offline(track), run(track)
-    assert analysis._position.skips == offline.skips()
+    assert analysis._position.skips[0] == offline.skips()
     assert sum(e.skips for e in events if isinstance(e, Visit)) == offline.skips()
     found = {quantity.name: quantity for quantity in analysis.summary()}
     tracked = np.isfinite(track.head[:, 0])
@@ -175,7 +175,7 @@ def test_the_rough_tracks_hold_what_they_are_to_test():
             landed,
             len(episodes) - len(calmer),
         )
-    assert (held > [10, 5, 50, 0, 50]).all(), held
+    assert (held > [2, 5, 50, 0, 50]).all(), held
 
 
 def test_frames_that_are_not_certain_of_the_head_do_not_poison_the_estimates():

@@ -9,13 +9,12 @@ from escaping_worm import LEAN, Worm
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_analysis.pooling import Pool, group_width_mm, pooled_trial
+from worm_analysis.pooling import Pool, group_widths_mm, pooled_trial
 from worm_analysis.pooling.pool import BY_TRIALS, NO_INTERVAL, WITHIN_TRIALS
 from worm_analysis.report.report_data import of_pool, of_trial
 from worm_analysis.results import read_results
 from worm_analysis.statistics import block_jackknife
 from worm_msgs_py.errors import ReportError
-from worm_msgs_py.paper import EXIT_WIDTHS_MM
 
 WIDTHS = (1.0, 1.0, 1.0, 3.0, 3.0, 3.0)
 DURATIONS_S = (500.0, 200.0, 300.0, 500.0, 300.0, 200.0)
@@ -165,15 +164,21 @@ def test_each_width_is_a_pool_of_its_own(trials, pooled):
     assert whole["beta"].quantity.paper is None
 
 
-@given(st.sampled_from(EXIT_WIDTHS_MM), st.floats(-0.149, 0.149))
-def test_a_width_near_one_of_the_papers_is_taken_for_it(width_mm, off):
-    assert group_width_mm(width_mm * (1 + off)) in EXIT_WIDTHS_MM
-    assert group_width_mm(width_mm * (1 + off / 3)) == width_mm
+@given(st.lists(st.floats(0.2, 6.0), min_size=1, max_size=12), st.randoms())
+def test_trials_of_one_exit_are_a_group_whatever_the_paper_has(widths, shuffle):
+    """A W is never replaced by one that is further away than a calibration errs."""
+    groups = group_widths_mm(widths)
+    for width, group in zip(widths, groups, strict=True):
+        assert abs(group - width) <= max(0.09 * width, 0.031)
+    order = list(range(len(widths)))
+    shuffle.shuffle(order)
+    assert group_widths_mm([widths[k] for k in order]) == [groups[k] for k in order]
+    assert group_widths_mm([1.8, 2.0, 1.81]) == [1.805, 2.0, 1.805]
 
 
 def test_a_width_that_is_not_known_is_in_no_group(trials):
     unknown = replace(trials[0], exit_width_mm=float("nan"))
-    assert np.isnan(group_width_mm(float("nan")))
+    assert np.isnan(group_widths_mm([float("nan")])[0])
     pool = Pool.of([unknown, trials[3]])
     assert [part.width_mm for part in pool.by_width] == [3.0]
     assert len(pool.trials) == 2

@@ -11,6 +11,10 @@ from worm_analysis.statistics.block_jackknife import BlockSums
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
 from worm_msgs_py import Distribution, EpisodeKind
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.units import NS_PER_S
+
+FAR_PART_OF_RADIUS = 0.25
+"""An excursion that is deeper is not along the wall."""
 
 
 class LengthSums:
@@ -83,6 +87,9 @@ class EpisodeSums:
         self.delta_r_h = ExcessSums(LENGTH_BIN_M, LENGTH_BINS)
         self._depths_by_time = ExcessBlocks(LENGTH_BIN_M, BLOCK_BINS)
         self._expected = BlockSums(8)
+        self._plain = BlockSums(6)
+        self._speed = BlockSums(2)
+        self._phase_before = (-1, 0.0)
         self.directions = CycleDirections()
 
     def push(self, closed: ClosedEpisode, gap_s: float = nan) -> None:
@@ -97,10 +104,31 @@ class EpisodeSums:
             complete=episode.complete,
         )
         self._expect(closed)
+        self._add_speed(closed)
+        if closed.start_seen and episode.complete:
+            at = 0 if in_contact else 2
+            self._plain.row(episode.start_ns)[at : at + 2] += (1.0, episode.distance_m)
         if closed.start_seen and not in_contact and (episode.complete or closed.past_peak):
             self.delta_r_h.push(episode.delta_r_m, complete=True)
             self._depths_by_time.push(episode.start_ns, episode.delta_r_m, complete=True)
+            self._plain.row(episode.start_ns)[4:] += (1.0, episode.delta_r_m)
         self.directions.push(closed, gap_s)
+
+    def _add_speed(self, closed: ClosedEpisode) -> None:
+        """Add the time and the way of a phase near the wall: far from it R·θ̇_h is no speed.
+
+        Where the head turns round, the ways to and fro within one frame are lost, and so its time
+        is taken off.
+        """
+        episode = closed.episode
+        spent_s = (episode.end_ns - episode.start_ns) / NS_PER_S
+        before_ns, before = self._phase_before
+        self._phase_before = (-1 if closed.cut else episode.end_ns, closed.turn_rad)
+        if episode.delta_r_m > FAR_PART_OF_RADIUS * self._radius_m:
+            return
+        if before_ns == episode.start_ns and before * closed.turn_rad < 0:
+            spent_s -= spent_s / max(closed.frames, 1)
+        self._speed.row(episode.start_ns)[:] += (spent_s, episode.distance_m)
 
     def _expect(self, closed: ClosedEpisode) -> None:
         """Add what the frames say of contacts, then of excursions, as `sums` returns it."""
@@ -139,7 +167,9 @@ class EpisodeSums:
             ("delta_r_h", self.delta_r_h, depth_limit_m),
         ):
             found[f"{name}_excess"] = lengths.excess_histogram(limit)
-        return found | self.lengths.steps()
+        plain = np.hsplit(self._plain.rows(), 3)
+        found |= dict(zip(("d_c_mean", "d_nc_mean", "delta_r_h_mean"), plain, strict=True))
+        return found | self.lengths.steps() | {"v_b": self._speed.rows()}
 
     def distributions(self) -> list[Distribution]:
         """Return the complete episodes' d_c, d_nc and Δr_h in bins for people."""

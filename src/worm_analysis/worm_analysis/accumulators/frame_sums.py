@@ -24,7 +24,6 @@ _HISTOGRAMS = ("r_h", "r_c", "r_t", "psi_b", "psi_h")
 _SUMS = (
     "contact",
     "contact_known",
-    "speed",
     "speed_n",
     "velocity",
     "directed_s",
@@ -43,7 +42,6 @@ _SUMS = (
 )
 _SUMS_OF = {
     "contact_fraction": ("contact_known", "contact"),
-    "v_b": ("speed_n", "speed"),
     "v_b_mean": ("speed_n", "velocity"),
     "reversal_rate": ("directed_s", "turns_back"),
     "reversal_rate_gaps": ("gaps", "gap_turns", "gap_s"),
@@ -94,7 +92,6 @@ class FrameSums:
         sums = [
             frames.contact,
             np.isfinite(frames.contact),
-            np.abs(v),
             np.isfinite(v),
             v,
             directed_s,

@@ -47,13 +47,15 @@ class ChamberSize:
 def trial_sums(
     search: WallSearch,
     passages: PassageSums,
-    skips: int,
+    skips: tuple[int, int],
     body: BodySums,
     exclusions: Exclusions,
     rig: ChamberSize | None,
     parameters: AnalysisParameters,
 ) -> dict[str, Floats]:
     """Return all sums by name; those that need a chamber or an exit that is not there are missing.
+
+    `skips` are those over an exit as wide as W, and over one as wide as w_s.
 
     The laws of lengths are tested from the limit of resolution on: one and a half of the head's
     advance a frame, or of a pixel. An excursion is deeper than the threshold of contact by
@@ -82,8 +84,9 @@ def trial_sums(
     found["pixel"] = np.array([[1.0, rig.pixel_m]])
     if rig.exit_width_m > 0:
         found |= passages.search_sums()
-        found["n_s"] = np.array([[search.observed_s, skips]])
+        found["n_s"] = np.array([[search.observed_s, skips[0]]])
         if isfinite(rig.depth_m):
+            found["n_s_over_w_s"] = np.array([[search.observed_s, skips[1]]])
             found["w_s"] = np.array([[1.0, hypot(rig.exit_width_m, rig.depth_m)]])
     return found
 

@@ -2,7 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass
-from math import hypot, nan, sqrt
+from math import nan, sqrt
 
 import numpy as np
 
@@ -25,8 +25,10 @@ class Attempts:
     """Follows the head through the exit (paper, section on Figs 8 and 9).
 
     An attempt starts when the head is beyond the circle between the passage's walls (where W is not
-    known: when the tracker sees it in the passage). It succeeds when the centroid is beyond the
-    circle too, and fails when the head is back in the chamber.
+    known: when the tracker sees it in the passage). It succeeds when the centroid is in the
+    corridor of the passage too, or the head in the other chamber, and fails when the head is back
+    in the chamber. The centroid of a body that bends round the exit's corner leaves the circle
+    beside the passage: that is no success.
 
     Parameters
     ----------
@@ -55,6 +57,7 @@ class Attempts:
         threshold_m: float,
         *,
         in_passage: bool,
+        through: bool = False,
     ) -> Attempt | None:
         """Take a frame with a head; return the attempt that it decides, if it does.
 
@@ -74,6 +77,8 @@ class Attempts:
             The distance that counts as contact, 0.3·d_w; NaN where it is not known.
         in_passage : bool
             Whether the tracker sees the head in the passage.
+        through : bool
+            Whether it sees the head in another chamber.
         """
         self.keep_length(stamp_ns, length_m)
         entry = self._entry
@@ -88,7 +93,7 @@ class Attempts:
         self._go_deeper(entry, head_m[0] - corridor.mouth_x_m)
         clearance_m = corridor.half_width_m - abs(head_m[1])
         entry.touched = _touches(entry.touched, clearance_m, threshold_m)
-        if centroid_m[0] > 0 and hypot(*centroid_m) > corridor.radius_m:
+        if through or corridor.encloses(*centroid_m, margin_m):
             return self._close(stamp_ns, success=True, complete=True)
         return None
 

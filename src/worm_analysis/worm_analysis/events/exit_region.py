@@ -20,22 +20,32 @@ class ExitCorridor:
         Half of the angle that the exit takes up on the wall; NaN where W is not known.
     mouth_x_m : float
         Where the passage's straight walls meet the circle: x_p counts from here.
+    effective_half_arc_rad : float
+        Half of the angle of an exit that is w_s = √(W² + h²) wide; NaN where W or h is not known.
     """
 
     radius_m: float
     half_width_m: float
     half_arc_rad: float
     mouth_x_m: float
+    effective_half_arc_rad: float
 
     @classmethod
-    def of(cls, chamber: Chamber) -> "ExitCorridor":
-        """Return the exit of a chamber."""
+    def of(cls, chamber: Chamber, depth_m: float) -> "ExitCorridor":
+        """Return the exit of a chamber that is `depth_m` deep."""
         radius_m, half_width_m = chamber.radius_m, chamber.exit_width_m / 2
         if half_width_m != half_width_m:
-            return cls(radius_m, nan, nan, radius_m)
+            return cls(radius_m, nan, nan, radius_m, nan)
         half_width_m = min(half_width_m, radius_m)
         mouth_x_m = radius_m - sagitta(radius_m, 2 * half_width_m)
-        return cls(radius_m, half_width_m, asin(half_width_m / radius_m), mouth_x_m)
+        effective = min(hypot(half_width_m, depth_m / 2) / radius_m, 1.0)
+        return cls(
+            radius_m,
+            half_width_m,
+            asin(half_width_m / radius_m),
+            mouth_x_m,
+            asin(effective) if depth_m == depth_m else nan,
+        )
 
     @property
     def is_known(self) -> bool:
@@ -49,6 +59,15 @@ class ExitCorridor:
     def holds(self, x_m: float, y_m: float) -> bool:
         """Whether a point is beyond the wall's circle and between the passage's walls."""
         return self.has_between_walls(x_m, y_m) and hypot(x_m, y_m) > self.radius_m
+
+    def encloses(self, x_m: float, y_m: float, margin_m: float) -> bool:
+        """Whether a point is beyond the wall's circle and in the passage, give or take a margin.
+
+        The margin allows for a passage that is drawn a little askew. Where W is not known, all
+        beyond the circle on the exit's side is the passage.
+        """
+        beside = abs(y_m) > self.half_width_m + margin_m
+        return x_m > 0 and hypot(x_m, y_m) > self.radius_m and not beside
 
     def is_left(self, x_m: float, y_m: float, threshold_m: float) -> bool:
         """Whether a head that was in the exit is back in the chamber.

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import ceil, floor, nan, pi
 
+from worm_analysis.events.exit_region import ExitCorridor
 from worm_analysis.kinematics.observables import wrap_angle
 from worm_msgs_py import Visit
 from worm_msgs_py.units import NS_PER_S
@@ -36,7 +37,7 @@ class Visits:
         self._ended: list[tuple[_Stay, int, bool]] = []
         self._left = False
         self.number = 0
-        self.skips = 0
+        self.skips = self.wide_skips = 0
 
     @property
     def home(self) -> str:
@@ -85,15 +86,16 @@ class Visits:
             return self._ended[0][0]
         return self._stay if self._stay is not None and not self._stay.found else None
 
-    def hop(self, before_rad: float, end_rad: float, half_arc_rad: float) -> None:
-        """Take an excursion that began and ended at the wall; see `exits_passed`.
+    def hop(self, before_rad: float, end_rad: float, corridor: ExitCorridor) -> None:
+        """Take an excursion that began and ended at the wall, and stayed near it: `exits_passed`.
 
         Only such an excursion is a hop in the sense of d_nc and of the boundary walk: a head that
         comes from the wall on one side of the exit and goes back to the wall on the other side,
-        without having entered, has skipped the exit, however far from the wall it was meanwhile. A
-        head that crosses θ = 0 and turns back before it touches the wall has not.
+        without having entered, has skipped the exit. A head that crosses θ = 0 and turns back
+        before it touches the wall has not.
         """
-        passed = exits_passed(before_rad, end_rad, half_arc_rad)
+        passed = exits_passed(before_rad, end_rad, corridor.half_arc_rad)
+        self.wide_skips += exits_passed(before_rad, end_rad, corridor.effective_half_arc_rad)
         self.skips += passed
         stay = self._searching
         if stay is not None:

@@ -3,19 +3,20 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import floor, isfinite, log10
+from math import isfinite, nan
 
 import numpy as np
 
 from worm_analysis.pooling.pooled_trial import PooledTrial
-from worm_analysis.summary.quantities import Definition, definitions
+from worm_analysis.summary.definition import Definition
+from worm_analysis.summary.quantities import definitions
 from worm_analysis.summary.settings import EstimateSettings
 from worm_analysis.summary.sums import Sums, TrialSums
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import ReportError
-from worm_msgs_py.paper import EXIT_WIDTHS_MM, SAME_WIDTH
 
+SAME_EXIT, PIXEL_MM = 0.08, 0.03
 SAME_RADIUS = 0.01
 """Chambers whose radii differ by less than this part are of one size."""
 RULE = "advance_at_"
@@ -44,18 +45,19 @@ class Pooled:
     by: str = NO_INTERVAL
 
 
-def group_width_mm(exit_width_mm: float) -> float:
-    """Return the width by which a trial is grouped.
+def group_widths_mm(exit_widths_mm: Sequence[float]) -> list[float]:
+    """Return, for each trial, the mean W of the trials that are taken to have the same exit.
 
-    A calibration gives W to a pixel, so a width within 15 % of one of the paper's is taken for it;
-    any other is rounded to two digits. NaN where W is not known.
+    A calibration gives W to a pixel, so trials whose widths differ by no more than 8 % (or a
+    pixel or so) are of one exit. NaN where W is not known.
     """
-    if not (isfinite(exit_width_mm) and exit_width_mm > 0):
-        return float("nan")
-    nearest = min(EXIT_WIDTHS_MM, key=lambda width: abs(width - exit_width_mm))
-    if abs(nearest - exit_width_mm) <= SAME_WIDTH * nearest:
-        return nearest
-    return round(exit_width_mm, 1 - floor(log10(exit_width_mm)))
+    groups: list[list[float]] = []
+    for width_mm in sorted(width for width in exit_widths_mm if isfinite(width) and width > 0):
+        if not groups or width_mm - groups[-1][0] > max(SAME_EXIT * width_mm, PIXEL_MM):
+            groups.append([])
+        groups[-1].append(width_mm)
+    mean_of = {width: round(float(np.mean(group)), 3) for group in groups for width in group}
+    return [mean_of.get(width, nan) for width in exit_widths_mm]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +69,7 @@ class Pool:
     trials : tuple of PooledTrial
         At least one, all of one R.
     width_mm : float
-        W of all of them; NaN for a pool of several widths, or of none that is known.
+        W of all of them, the mean one; NaN for a pool of several widths, or of none that is known.
     """
 
     trials: tuple[PooledTrial, ...]
@@ -91,16 +93,21 @@ class Pool:
                     f"{first.directory} {first.radius_mm:.4g} mm: pool trials of one radius"
                 )
         _refuse_twins(found)
-        widths = {group_width_mm(trial.exit_width_mm) for trial in found}
+        widths = set(group_widths_mm([trial.exit_width_mm for trial in found]))
         return cls(found, widths.pop() if len(widths) == 1 else float("nan"))
 
     @cached_property
     def by_width(self) -> tuple["Pool", ...]:
         """A pool for each W, ascending; trials whose W is not known are in none."""
         groups: dict[float, list[PooledTrial]] = {}
-        for trial in self.trials:
-            groups.setdefault(group_width_mm(trial.exit_width_mm), []).append(trial)
+        for trial, width_mm in zip(self.trials, self.widths_mm, strict=True):
+            groups.setdefault(width_mm, []).append(trial)
         return tuple(Pool(tuple(groups[w]), w) for w in sorted(groups) if isfinite(w))
+
+    @property
+    def widths_mm(self) -> list[float]:
+        """The W that each trial is grouped by: the mean one of its group."""
+        return group_widths_mm([trial.exit_width_mm for trial in self.trials])
 
     @property
     def radius_mm(self) -> float:

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pyarrow.csv as pa_csv
 from markupsafe import Markup
 
-from worm_analysis.pooling import Pool, Pooled, WalkPrediction, group_width_mm, pooled_trial
+from worm_analysis.pooling import Pool, Pooled, WalkPrediction, pooled_trial
 from worm_analysis.report.examples import Indices, candidates
 from worm_analysis.report.report import source_name, templates, trial_context
 from worm_analysis.report.symbols import under_rule
@@ -177,13 +177,13 @@ def _document(data: Any, software: Mapping[str, str]) -> dict[str, Any]:
                     "source": trial.provenance.get("source"),
                     "version": trial.provenance.get("version"),
                     "parameters": trial.provenance.get("parameters"),
-                    "W_mm": _finite(group_width_mm(trial.exit_width_mm)),
+                    "W_mm": _finite(width_mm),
                     "measured_W_mm": _finite(trial.exit_width_mm),
                     "R_mm": trial.radius_mm,
                     "frames": trial.frames,
                     "seconds": trial.seconds,
                 }
-                for trial in pool.trials
+                for trial, width_mm in zip(pool.trials, pool.widths_mm, strict=True)
             ],
         },
         "complete": True,
@@ -261,7 +261,7 @@ def _write_numbers(data: Any, folder: Path) -> None:
             "directory": [trial.directory for trial in trials],
             "sha256": [(trial.provenance.get("source") or {}).get("sha256") for trial in trials],
             "version": [trial.provenance.get("version") for trial in trials],
-            "W_mm": [group_width_mm(trial.exit_width_mm) for trial in trials],
+            "W_mm": data.pool.widths_mm,
             "measured_W_mm": [trial.exit_width_mm for trial in trials],
             "frames": [trial.frames for trial in trials],
             "seconds": [trial.seconds for trial in trials],
@@ -290,7 +290,7 @@ def _render(
         walks=data.walks,
         interval_text=data.interval_text,
         settings=differing_settings(pool),
-        group=group_width_mm,
+        grouped=list(zip(pool.trials, pool.widths_mm, strict=True)),
         panels=panels,
         beside=BESIDE_IN_POOL,
         provenance=document["provenance"],

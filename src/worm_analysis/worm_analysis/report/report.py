@@ -11,7 +11,7 @@ from markupsafe import Markup
 from worm_analysis.report import numbers, symbols
 from worm_analysis.report.panel import thousands
 from worm_analysis.results import Results, read_results
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_msgs_py import Status
 from worm_msgs_py.contract.source_events import in_words
 from worm_msgs_py.files.whole_files import whole_file

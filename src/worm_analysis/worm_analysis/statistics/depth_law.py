@@ -11,7 +11,7 @@ from worm_msgs_py.arrays import Floats
 BINS_PER_THRESHOLD = 60
 FIRST_BIN, LAST_BIN = -8 * BINS_PER_THRESHOLD, 16 * BINS_PER_THRESHOLD
 """Depths are counted from 8 thresholds outside of the wall to 16 inside."""
-STRAY_CONTACTS = 0.01
+STRAY_CONTACTS = 0.02
 """Part of the contacts that is anywhere below the threshold: a real wall is no Gaussian."""
 FAR = 0.1
 """Part of the excursions that is anywhere: a worm that crosses the middle."""

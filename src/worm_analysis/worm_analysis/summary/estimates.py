@@ -11,12 +11,11 @@ from math import exp, isfinite, nan
 
 import numpy as np
 
-from worm_analysis.accumulators.bins import ANGLE_EDGES, DEPTH_BIN_M, RADIUS_EDGES
+from worm_analysis.accumulators.bins import DEPTH_BIN_M
 from worm_analysis.accumulators.body_size import histogram_median
 from worm_analysis.kinematics.observables import wrap_angle
 from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
 from worm_analysis.statistics.goodness_of_fit import exponential_p, merged_bins
-from worm_analysis.statistics.histograms import bin_centres, peak_positions
 from worm_analysis.statistics.penetration_law import Penetration, fit_penetration
 from worm_analysis.statistics.sample_correlation import pearson
 from worm_analysis.statistics.unseen_episodes import (
@@ -75,28 +74,6 @@ def median(name: str, bin_width: float) -> Estimator:
     return lambda sums: _symmetric(
         sums.units(name), lambda rows: histogram_median(rows) * bin_width
     )
-
-
-def radius_peak(name: str) -> Estimator:
-    """Return the estimator of the mode of P(r), in units of R."""
-    centres = bin_centres(RADIUS_EDGES)
-
-    def estimate(sums: Sums) -> Interval:
-        units = sums.smoothed(name, sums.settings.radius_smoothing_bins, "constant")
-        return _symmetric(units, lambda rows: peak_positions(rows, centres))
-
-    return estimate
-
-
-def angle_peak(name: str, side: int) -> Estimator:
-    """Return the estimator of the mode of an angle below (0) or above (1) zero, rad."""
-    centres = np.split(bin_centres(ANGLE_EDGES), 2)[side]
-
-    def estimate(sums: Sums) -> Interval:
-        units = sums.smoothed(name, sums.settings.angle_smoothing_bins, "wrap")
-        return _symmetric(units, lambda rows: peak_positions(np.split(rows, 2, 1)[side], centres))
-
-    return estimate
 
 
 def direction(name: str) -> Estimator:
@@ -302,7 +279,7 @@ def _folds(
         From F to k, which depends on the reversals that there are.
     """
     folds, kept = np.zeros(len(gaps)), np.ones(len(gaps))
-    for _ in range(FOLD_ROUNDS):
+    for _ in range(FOLD_ROUNDS if gaps.any() else 1):  # without gaps there is nothing to solve
         kept = np.maximum(kept_by(folds), LEAST_KEPT)
         folds = np.clip((turned - gaps * (1 - kept) / 2) / kept, 0.0, gaps)
     return folds, kept

@@ -5,9 +5,8 @@ follows from them. A trial's interval leaves out blocks of time, a pool's whole 
 The paper's values: `worm_msgs_py.paper`.
 """
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from math import degrees, inf, isfinite, nan
+from collections.abc import Iterable
+from math import degrees, inf, nan
 
 import numpy as np
 
@@ -15,127 +14,20 @@ from worm_analysis.accumulators.bins import (
     BODY_LENGTH_BIN_M,
     BODY_WIDTH_BIN_M,
     LENGTH_BIN_M,
-    RADIUS_EDGES,
     TAU_BIN_S,
 )
 from worm_analysis.summary import estimates as by
-from worm_analysis.summary.direction_persistence import NotEnoughData
+from worm_analysis.summary import peaks
+from worm_analysis.summary.definition import NO_CHAMBER, NO_EXIT, Definition, first
 from worm_analysis.summary.sums import Sums
-from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.intervals import Interval
-from worm_msgs_py.paper import TRIAL_S, paper_value
+from worm_msgs_py.paper import TRIAL_S
 from worm_msgs_py.units import MM_PER_M
-
-NO_CHAMBER = "no chamber in the picture"
-NO_EXIT = "no exit in view"
-UNDETERMINED = "the data do not determine it"
-
-
-def _first(total: Floats) -> float:
-    return float(total[0])
 
 
 def _third(total: Floats) -> float:
     return float(total[2])
-
-
-@dataclass(frozen=True, slots=True)
-class Definition:
-    """One quantity.
-
-    Attributes
-    ----------
-    name, unit : str
-        As in the summary.
-    html, plain : str
-        Its symbol for a page and for a figure (matplotlib's markup).
-    meaning : str
-        What it is, HTML.
-    sums : str
-        The sums that it rests on and that are resampled.
-    estimate : callable
-        From all sums to value, low and high, in SI.
-    items : str
-        What n counts.
-    count : callable
-        From the total of the sums to n; the first of them unless said.
-    shown : callable or None
-        Where another number than `count` is printed as n.
-    scale : float
-        From SI to the unit.
-    bounds : (float, float)
-        Values, in the unit, that the interval cannot go beyond.
-    needs : str
-        The setting that says how many items are needed at least; empty: none.
-    undetermined, missing : str
-        Why there is no value where the estimate is NaN, and where the sums are missing.
-    most_noise : float
-        Noise of the radius, in thresholds of contact, beyond which the number is refused.
-    """
-
-    name: str
-    unit: str
-    html: str
-    plain: str
-    meaning: str
-    sums: str
-    estimate: Callable[[Sums], Interval]
-    items: str
-    count: Callable[[Floats], float] = _first
-    shown: Callable[[Floats], float] | None = None
-    scale: float = 1.0
-    bounds: tuple[float, float] = (-inf, inf)
-    needs: str = "minimum_n"
-    undetermined: str = UNDETERMINED
-    missing: str = NO_CHAMBER
-    most_noise: float = inf
-
-    def of(self, sums: Sums) -> Quantity:
-        """Return the number with its interval and n, or why there is none."""
-        paper = paper_value(self.name, sums.exit_width_mm)
-        if not sums.has(self.sums):
-            alone = self.missing if sums.has("pixel") else NO_CHAMBER
-            why = alone if len(sums.trials) == 1 else "no trial has it"
-            return Quantity(self.name, None, unit=self.unit, paper=paper, why=why)
-        total = sums.total(self.sums)
-        n = int(self.count(total))
-        shown = n if self.shown is None else int(self.shown(total))
-        settings = sums.settings
-        needed = max(settings.minimum_n, getattr(settings, self.needs)) if self.needs else 0
-        why, estimate = "", (nan, nan, nan)
-        if by.noise_in_thresholds(sums) > self.most_noise:
-            why = _too_noisy(sums, self.most_noise)
-        elif n < needed:
-            why = not_enough(n, self.items, needed)
-        else:
-            try:
-                estimate = self.estimate(sums)
-            except NotEnoughData as error:
-                why = str(error)
-        value, low, high = map(float, estimate)
-        if not isfinite(value):
-            why = why or self.undetermined
-            return Quantity(self.name, None, n=shown, unit=self.unit, paper=paper, why=why)
-        least, most = self.bounds
-        return Quantity(
-            self.name,
-            value * self.scale,
-            max(least, low * self.scale) if isfinite(low) else None,
-            min(most, high * self.scale) if isfinite(high) else None,
-            shown,
-            self.unit,
-            paper,
-        )
-
-
-def _too_noisy(sums: Sums, most: float) -> str:
-    noise_mm, threshold_mm = (MM_PER_M * value for value in by.noise_and_threshold_m(sums))
-    return (
-        f"the head's radius is too noisy: {noise_mm:.3f} mm, more than {most:g} of the "
-        f"{threshold_mm:.3f} mm within which the head touches the wall"
-    )
 
 
 FRAMES, WITH_BODY, WITH_SPEED = (
@@ -158,8 +50,8 @@ def _peak_of_radius(point: str, where: str) -> Definition:
     return Definition(
         f"r_{point}_over_R", "1", f"<i>r</i><sub>{point}</sub>/<i>R</i>", f"$r_{point}/R$",
         f"most frequent distance from the centre, {where}", f"r_{point}",
-        by.radius_peak(f"r_{point}"), FRAMES, np.sum, bounds=(0.0, float(RADIUS_EDGES[-1])),
-        undetermined="no distance between the centre and 1.2 R is the most frequent one",
+        peaks.radius_peak(f"r_{point}"), FRAMES, np.sum, bounds=(0.0, 1.0),
+        undetermined="no distance is the most frequent one",
     )  # fmt: skip
 
 
@@ -171,16 +63,44 @@ def _peak_of_angle(side: int) -> Definition:
     return Definition(
         f"psi_b_{name}_peak", "deg", f"ψ<sub>b</sub><sup>{sign}</sup>",
         rf"$\psi_b^{'-' if sign == '−' else sign}$", f"body angle, {turn} peak", "psi_b",
-        by.angle_peak("psi_b", side), WITH_BODY, np.sum, scale=degrees(1.0), bounds=bounds,
+        peaks.angle_peak("psi_b", side), WITH_BODY, np.sum, scale=degrees(1.0), bounds=bounds,
         undetermined="the body angles have no peak of their own on this side",
     )  # fmt: skip
+
+
+def _quantiles(point: str, html: str, plain: str) -> list[Definition]:
+    """Return the tenth, the half and nine tenths of r/R of a point; of ψ_b where none is given."""
+    found = []
+    for percent in (10, 50, 90):
+        if point:
+            name, sums, scale, bounds = f"r_{point}_over_R", f"r_{point}", 1.0, (0.0, 1.0)
+            estimate, items = peaks.radius_quantile(sums, percent / 100), FRAMES
+        else:
+            name, sums, scale, bounds = "psi_b", "psi_b", degrees(1.0), (-180.0, 180.0)
+            estimate, items = peaks.angle_quantile(sums, percent / 100), WITH_BODY
+        found.append(
+            Definition(
+                f"{name}_q{percent}", "1" if point else "deg", f"{html}, {percent} %",
+                f"{plain}, {percent} %", f"{percent} % of the frames are below it", sums,
+                estimate, items, np.sum, scale=scale, bounds=bounds,
+            )
+        )  # fmt: skip
+    return found
 
 
 def _length(name: str, html: str, plain: str, meaning: str, which: int, items: str) -> Definition:
     return Definition(
         name, "mm", f"⟨{html}⟩", rf"$\langle {plain} \rangle$", meaning, name,
-        by.length(name, which), items, _third if which < 2 else _first, scale=MM_PER_M,
+        by.length(name, which), items, _third if which < 2 else first, scale=MM_PER_M,
         most_noise=NOISE_FOR_STATES,
+    )  # fmt: skip
+
+
+def _plain_mean(name: str, html: str, plain: str, items: str) -> Definition:
+    return Definition(
+        f"{name}_mean", "mm", f"mean {html}", f"mean ${plain}$",
+        "plain mean of those that were seen whole", f"{name}_mean", by.mean(f"{name}_mean"), items,
+        scale=MM_PER_M, bounds=(0.0, inf), most_noise=NOISE_FOR_STATES,
     )  # fmt: skip
 
 
@@ -236,6 +156,9 @@ POSITIONS = (
     _peak_of_radius("t", "tail"),
     _peak_of_angle(0),
     _peak_of_angle(1),
+    *_quantiles("h", "<i>r</i><sub>h</sub>/<i>R</i>", "$r_h/R$"),
+    *_quantiles("c", "<i>r</i><sub>c</sub>/<i>R</i>", "$r_c/R$"),
+    *_quantiles("", "ψ<sub>b</sub>", r"$\psi_b$"),
     Definition(
         "contact_fraction", "1", "contact", "contact",
         "fraction of frames with the head at the wall", "contact_fraction",
@@ -245,12 +168,15 @@ POSITIONS = (
 """Figs 1d and 1e."""
 
 EPISODES = (
-    _length("d_c", "<i>d</i><sub>c</sub>", "d_c", "distance along the wall in contact",
-            0, CONTACTS),
-    _length("d_nc", "<i>d</i><sub>nc</sub>", "d_{nc}", "distance along the wall out of contact",
-            1, EXCURSIONS),
-    _length("delta_r_h", "Δ<i>r</i><sub>h</sub>", r"\Delta r_h", "radial excursion out of contact",
+    _length("d_c", "<i>d</i><sub>c</sub>", "d_c", "distance along the wall in contact, as a law",
+            0, "complete contacts"),
+    _length("d_nc", "<i>d</i><sub>nc</sub>", "d_{nc}", "the same out of contact",
+            1, "complete excursions"),
+    _length("delta_r_h", "Δ<i>r</i><sub>h</sub>", r"\Delta r_h", "radial excursion, as a law",
             2, EXCURSIONS),
+    _plain_mean("d_c", "<i>d</i><sub>c</sub>", "d_c", "complete contacts"),
+    _plain_mean("d_nc", "<i>d</i><sub>nc</sub>", "d_{nc}", "complete excursions"),
+    _plain_mean("delta_r_h", "Δ<i>r</i><sub>h</sub>", r"\Delta r_h", "excursions past their peak"),
     Definition(
         "radius_noise", "mm", "σ(<i>r</i><sub>h</sub>)", r"$\sigma(r_h)$",
         "noise of the head's radius, from its spread in contact", "radius_noise",
@@ -276,8 +202,8 @@ MOTION = (
     ),
     Definition(
         "v_b", "mm/s", "⟨|<i>v</i><sub>b</sub>|⟩", r"$\langle |v_b| \rangle$",
-        "tangential speed along the wall", "v_b", by.mean("v_b"), WITH_SPEED, scale=MM_PER_M,
-        bounds=(0.0, inf),
+        "tangential speed within contacts and excursions near the wall", "v_b", by.mean("v_b"),
+        "seconds near the wall", scale=MM_PER_M, bounds=(0.0, inf),
     ),
     Definition(
         "v_b_mean", "mm/s", "⟨<i>v</i><sub>b</sub>⟩", r"$\langle v_b \rangle$",
@@ -322,9 +248,15 @@ SEARCHES = (
     ),
     _fit("tau_h", "τ<sub>h</sub>", r"\tau_h", TAU_BIN_S, FINDINGS),
     Definition(
-        "n_s", "per 30 min", "<i>n</i><sub>s</sub>", "$n_s$", "skips over the exit", "n_s",
+        "n_s", "per 30 min", "<i>n</i><sub>s</sub>", "$n_s$",
+        "skips over the exit, near the wall", "n_s",
         by.rate("n_s"), "seconds in a chamber", shown=lambda total: total[1], scale=TRIAL_S,
         missing=NO_EXIT,
+    ),
+    Definition(
+        "n_s_over_w_s", "per 30 min", "<i>n</i><sub>s</sub>(<i>w</i><sub>s</sub>)", "$n_s(w_s)$",
+        "the same over an exit as wide as w<sub>s</sub>", "n_s_over_w_s", by.rate("n_s_over_w_s"),
+        "seconds in a chamber", shown=lambda total: total[1], scale=TRIAL_S, missing=NO_EXIT,
     ),
 )  # fmt: skip
 """Figs 5 and 6."""

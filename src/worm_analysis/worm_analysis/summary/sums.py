@@ -3,10 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import nan
-from typing import Literal
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from worm_analysis.statistics.block_jackknife import FEWEST_TRIALS, Units
 from worm_analysis.summary.settings import DEFAULTS, EstimateSettings
@@ -51,15 +49,6 @@ class Sums:
             found = Units([trial[name] for trial in self.trials if name in trial])
             self._units[name] = found  # several numbers rest on the same sums
         return found
-
-    def smoothed(self, name: str, width_bins: float, mode: Literal["constant", "wrap"]) -> Units:
-        """Return histograms smoothed with a Gaussian, which are sums as the histograms are."""
-        key = f"{name} smoothed"
-        if key not in self._units:
-            rows = [trial[name] for trial in self.trials if name in trial]
-            smooth = [gaussian_filter1d(part, width_bins, axis=1, mode=mode) for part in rows]
-            self._units[key] = Units(smooth)
-        return self._units[key]
 
     def total(self, name: str) -> Floats:
         """Return the sums over all trials, shape (k,); KeyError where no trial has them."""

@@ -67,9 +67,13 @@ class PhaseDirections:
 
     def __init__(self) -> None:
         self._theta_rad: dict[int, float] = {}
+        self._anew = False
 
     def see(self, stamp_ns: int, theta_rad: float) -> None:
         """Take a frame with θ_h, unwrapped, before the episodes that it ends."""
+        if self._anew:
+            self._theta_rad.clear()
+            self._anew = False
         self._theta_rad[stamp_ns] = theta_rad
 
     def turn_rad(self, episode: Episode) -> float:
@@ -86,5 +90,8 @@ class PhaseDirections:
         return end - start
 
     def forget(self) -> None:
-        """Say that the head has left the chamber: θ_h starts anew."""
-        self._theta_rad.clear()
+        """Say that the head has left the chamber: θ_h starts anew, once it is back.
+
+        Its last episodes are told when it has left.
+        """
+        self._anew = True

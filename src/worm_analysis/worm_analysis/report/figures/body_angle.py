@@ -10,7 +10,7 @@ from worm_analysis.report.numbers import with_interval
 from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLUMN_IN, INK, PAPER_STYLE, new_figure
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats

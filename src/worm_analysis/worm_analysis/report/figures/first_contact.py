@@ -8,7 +8,7 @@ from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLUMN_IN, INK, PAPER_STYLE, new_figure
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
 
 _ANGLE_BINS = 18

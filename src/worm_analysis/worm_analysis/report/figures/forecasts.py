@@ -8,7 +8,7 @@ from worm_analysis.report.numbers import plain
 from worm_analysis.report.panel import Panel, counted
 from worm_analysis.report.theme import COLUMN_IN, GREY, INK, MODEL_COLOUR, new_figure
 from worm_analysis.results import Results
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 
 HORIZONS = ("10", "30", "60")
 _READING = (

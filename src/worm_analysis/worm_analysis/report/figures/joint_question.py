@@ -12,7 +12,7 @@ from worm_analysis.report.panel import Panel, counted
 from worm_analysis.report.symbols import plain_symbol
 from worm_analysis.report.theme import CENTROID_COLOUR, HEAD_COLOUR, INK, PAGE_IN, SHADE, new_figure
 from worm_analysis.results import Results
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_msgs_py import NeededReversal
 from worm_msgs_py.contract.agreement import Agreement, agreements
 

@@ -13,7 +13,7 @@ from worm_analysis.report.panel import Panel, counted
 from worm_analysis.report.symbols import plain_symbol
 from worm_analysis.report.theme import COLUMN_IN, INK, MODEL_COLOUR, PAPER_STYLE, new_figure
 from worm_analysis.results import Results
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_msgs_py import ModelQuantity, Quantity
 
 SUFFIX_UNITS = {"_m_s": ("mm/s", 1e3), "_m": ("mm", 1e3), "_per_s": ("1/s", 1.0), "_s": ("s", 1.0)}

@@ -18,8 +18,8 @@ from worm_analysis.report.theme import (
     PAPER_STYLE,
     new_figure,
 )
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.summary.estimates import penetration
-from worm_analysis.summary.quantities import NO_CHAMBER
 from worm_analysis.summary.settings import DEFAULTS
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats

@@ -16,7 +16,7 @@ from worm_analysis.report.theme import (
     new_figure,
     say_n,
 )
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.body import KEYPOINTS

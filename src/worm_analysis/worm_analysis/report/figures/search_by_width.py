@@ -15,7 +15,7 @@ from worm_analysis.report.theme import (
     WALK_OF_PAPER,
     new_figure,
 )
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 
 _READING = (
     " Points: all trials of one width together, with 95 % intervals; n above each is the number "

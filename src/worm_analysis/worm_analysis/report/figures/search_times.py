@@ -25,7 +25,7 @@ from worm_analysis.report.theme import (
     PAPER_STYLE,
     new_figure,
 )
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats

@@ -20,7 +20,7 @@ from worm_analysis.report.theme import (
     say_n,
 )
 from worm_analysis.statistics.sample_correlation import correlation_of_sums
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.paper import paper_number

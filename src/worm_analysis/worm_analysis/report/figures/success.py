@@ -6,7 +6,7 @@ from worm_analysis.report.figures.search_by_width import draw_by_width
 from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLUMN_IN, PAPER_STYLE, new_figure
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_msgs_py.paper import paper_number
 
 _READING = (

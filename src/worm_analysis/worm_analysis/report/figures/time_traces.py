@@ -12,7 +12,7 @@ from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.panel import Panel, counted, thousands
 from worm_analysis.report.theme import HEAD_COLOUR, INK, PAGE_IN, SHADE, new_figure
 from worm_analysis.results import Columns, Results
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_msgs_py.arrays import Floats
 
 _READING = (

@@ -12,7 +12,7 @@ from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.panel import Panel, counted, thousands
 from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, PAGE_IN, new_figure, say_n
 from worm_analysis.results import Results
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Chamber, Where
 from worm_msgs_py.contract.body import KEYPOINTS

@@ -12,7 +12,7 @@ from worm_analysis.report.numbers import interval, plain, value
 from worm_analysis.report.panel import Panel, counted, number_of, thousands
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import COLOURS, GREY, INK, PAGE_IN, PAPER_STYLE, new_figure
-from worm_analysis.summary.quantities import NO_CHAMBER
+from worm_analysis.summary.definition import NO_CHAMBER
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
 

@@ -1,0 +1,166 @@
+"""Peaks and quantiles of P(r) and P(ψ): a mode is not smooth, so blocks of time are drawn anew."""
+
+from collections.abc import Callable
+from functools import lru_cache
+from math import isfinite, nan
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from worm_analysis.accumulators.bins import ANGLE_EDGES, RADIUS_BINS_PER_R, RADIUS_EDGES
+from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
+from worm_analysis.statistics.histograms import bin_centres, peak_positions
+from worm_analysis.summary.direction_persistence import (
+    NotEnoughData,
+    correlation_curve,
+    fit_decay_time,
+)
+from worm_analysis.summary.sums import Sums
+from worm_msgs_py.arrays import Floats
+from worm_msgs_py.intervals import Interval
+
+FEWEST_STRETCHES = 10
+"""Fewer independent stretches of time say nothing of how a peak would differ another time."""
+DRAWS = 200
+
+
+def radius_peak(name: str) -> Callable[[Sums], Interval]:
+    """Return the estimator of the mode of P(r), in units of R; nothing lies beyond the wall."""
+    width = 1 / RADIUS_BINS_PER_R
+    centres = bin_centres(RADIUS_EDGES[: RADIUS_BINS_PER_R + 1])
+    around = np.concatenate([[centres[0] - width], centres, [centres[-1] + width]])
+
+    def smoothed(rows: Floats, sums: Sums) -> Floats:
+        bins = sums.settings.radius_smoothing_bins
+        smooth = gaussian_filter1d(within_wall(rows), bins, axis=1, mode="reflect")
+        return np.pad(smooth, ((0, 0), (1, 1)), "symmetric")
+
+    return lambda sums: _peak(
+        sums, name, smoothed, lambda rows: peak_positions(rows, around), width
+    )
+
+
+def angle_peak(name: str, side: int) -> Callable[[Sums], Interval]:
+    """Return the estimator of the mode of an angle below (0) or above (1) zero, rad."""
+    centres = np.split(bin_centres(ANGLE_EDGES), 2)[side]
+
+    def smoothed(rows: Floats, sums: Sums) -> Floats:
+        bins = sums.settings.angle_smoothing_bins
+        smooth: Floats = gaussian_filter1d(rows, bins, axis=1, mode="wrap")
+        return np.split(smooth, 2, axis=1)[side]
+
+    width = float(centres[1] - centres[0])
+    return lambda sums: _peak(
+        sums, name, smoothed, lambda rows: peak_positions(rows, centres), width
+    )
+
+
+def _peak(
+    sums: Sums,
+    name: str,
+    smoothed: Callable[[Floats, Sums], Floats],
+    place: Callable[[Floats], Floats],
+    bin_width: float,
+) -> Interval:
+    """Return the place of a peak, and where it is when stretches of time are drawn anew.
+
+    The interval is wider by half a bin at either end: within a bin nothing is seen.
+    """
+    stretches = independent_stretches(sums)
+    units = sums.units(name)
+    value = float(place(smoothed(units.total()[None], sums))[0])
+    if not isfinite(value):
+        return nan, nan, nan
+    rows = _parts(units, stretches)
+    places = place(_drawings(len(rows)) @ smoothed(rows, sums))
+    if not np.isfinite(places).all():
+        raise NotEnoughData("there is no such peak in part of the time")
+    low, high = (float(end) for end in np.quantile(places, [0.025, 0.975]))
+    return value, min(low, value) - bin_width / 2, max(high, value) + bin_width / 2
+
+
+def independent_stretches(sums: Sums) -> float:
+    """Return the time of the search in units of t_per.
+
+    Raises
+    ------
+    NotEnoughData
+        Where it is less than ten, or t_per is not known.
+    """
+    if not (sums.has("c_theta") and sums.has("search_bridged")):
+        raise NotEnoughData("how long a direction is kept is not known")
+    c, pairs = correlation_curve(sums.units("c_theta"))
+    t_per_s = fit_decay_time(sums.lag_s, c, pairs) if len(sums.lag_s) else nan
+    if not isfinite(t_per_s):
+        raise NotEnoughData(
+            "how long a direction is kept is not known, and so how much of the data is independent"
+        )
+    stretches = float(sums.total("search_bridged")[0]) / t_per_s
+    if stretches < FEWEST_STRETCHES:
+        raise NotEnoughData(
+            f"not enough data: {stretches:.1f} independent stretches of time, of {t_per_s:.0f} s "
+            f"each, {FEWEST_STRETCHES} are needed"
+        )
+    return stretches
+
+
+def _parts(units: Units, most: float) -> Floats:
+    """Return blocks of time that are long enough to be independent, shape (parts, bins)."""
+    rows = np.empty((0, 0))
+    for rows in units.levels():
+        if len(rows) <= most:
+            break
+    if not len(rows):
+        raise NotEnoughData("not enough data: fewer than eight blocks of time")
+    return rows
+
+
+@lru_cache(maxsize=64)
+def _drawings(parts: int) -> Floats:
+    """Return how often each part is drawn, a row a drawing; always the same ones."""
+    rng = np.random.default_rng(1)
+    return rng.multinomial(parts, np.full(parts, 1 / parts), size=DRAWS).astype(np.float64)
+
+
+def within_wall(rows: Floats) -> Floats:
+    """Return histograms of r/R up to 1: what noise puts beyond the wall is reflected at it."""
+    inside = rows[:, :RADIUS_BINS_PER_R].copy()
+    beyond = rows[:, RADIUS_BINS_PER_R:]
+    inside[:, -beyond.shape[1] :] += beyond[:, ::-1]
+    return inside
+
+
+def radius_quantile(name: str, part: float) -> Callable[[Sums], Interval]:
+    """Return the estimator of a quantile of r, in units of R."""
+    edges = RADIUS_EDGES[: RADIUS_BINS_PER_R + 1]
+    return lambda sums: _quantile(sums, name, part, edges, within_wall)
+
+
+def angle_quantile(name: str, part: float) -> Callable[[Sums], Interval]:
+    """Return the estimator of a quantile of an angle in (−π, π], rad."""
+    return lambda sums: _quantile(sums, name, part, ANGLE_EDGES, lambda rows: rows)
+
+
+def _quantile(
+    sums: Sums, name: str, part: float, edges: Floats, prepared: Callable[[Floats], Floats]
+) -> Interval:
+    def value_of(rows: Floats) -> Floats:
+        return histogram_quantile(prepared(rows), part, edges)
+
+    units = sums.units(name)
+    value = float(value_of(units.total()[None])[0])
+    half = jackknife_half_width(units, value_of) if isfinite(value) else nan
+    return value, value - half, value + half
+
+
+def histogram_quantile(counts: Floats, part: float, edges: Floats) -> Floats:
+    """Return a quantile of each row of counts, between edges; NaN for an empty row."""
+    cumulated = np.cumsum(counts, axis=1)
+    wanted = part * cumulated[:, -1]
+    rows = np.arange(len(counts))
+    at = np.argmax(cumulated >= wanted[:, None], axis=1)
+    inside = counts[rows, at]
+    below = cumulated[rows, at] - inside
+    share = np.divide(wanted - below, inside, out=np.full(len(rows), nan), where=inside > 0)
+    found: Floats = edges[at] + share * (edges[at + 1] - edges[at])
+    return found
