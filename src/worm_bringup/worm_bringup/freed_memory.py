@@ -26,7 +26,7 @@ def give_back_freed_memory() -> None:
     """Give back to the system what Arrow and glibc have kept by now; elsewhere Arrow's alone.
 
     What is kept lies in pieces between what is in use, and new objects do not always fit into
-    them: a replay of an hour takes 300 MiB without this, and 270 with it.
+    them: a replay of an hour takes 300 MiB without this, and 250 with it.
     """
     pa.default_memory_pool().release_unused()
     with suppress(OSError, AttributeError):
