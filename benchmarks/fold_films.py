@@ -1,5 +1,6 @@
 """Films of worms that fold on themselves, with exact truth, drawn once and kept as JPEG files."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -8,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_model.simulator import folded_worms
-from worm_model.simulator.film import encode_jpeg
-from worm_model.simulator.folded_worms import LOOKS, FoldedWorm, film_worm, rig_for
+from worm_model.simulator.film import FilmFrame, encode_jpeg
+from worm_model.simulator.folded_worms import LOOKS, FoldedWorm, Look, film_worm, rig_for
+from worm_model.simulator.rig import Body, Rig
 from worm_model.simulator.rig.strands import Skin, is_folded
 from worm_model.simulator.worm import Walker, midlines_mm
 from worm_msgs_py.files.whole_files import whole_file
@@ -110,11 +112,23 @@ def _motion(worm: str) -> FoldedWorm:
     return FoldedWorm(np.swapaxes(np.array(smooth), 1, 2), np.full(121, 0.4), OPEN_FPS)
 
 
-def _drawn(name: str, look_name: str, frames: int | None = None) -> dict[str, NDArray[np.generic]]:
+def filmed(
+    name: str, look_name: str, frames: int | None = None
+) -> Iterator[tuple[FilmFrame, Body]]:
+    """Film a worm in a look, and yield its true body with each frame."""
     look, worm = LOOKS[look_name], _motion(name)
     worm = replace(worm, midlines_mm=worm.midlines_mm[:frames])
     skin: Skin | None = folded_worms.read_skins(SKINS_FILE)[look.skin] if look.skin else None
-    rig = rig_for(look, seed=int(name) if name.isdigit() else 0)
+    return film_worm(_rig(name, look), worm, look, skin)
+
+
+def _rig(name: str, look: Look) -> Rig:
+    return rig_for(look, seed=int(name) if name.isdigit() else 0)
+
+
+def _drawn(name: str, look_name: str, frames: int | None = None) -> dict[str, NDArray[np.generic]]:
+    look = LOOKS[look_name]
+    rig = _rig(name, look)
     part = np.linspace(0.0, 1.0, MIDLINE_POINTS)
     rows: dict[str, list[object]] = {
         key: []
@@ -122,7 +136,7 @@ def _drawn(name: str, look_name: str, frames: int | None = None) -> dict[str, ND
     }
     jpegs: list[bytes] = []
     width_px = 0.0
-    for frame, true_body in film_worm(rig, worm, look, skin):
+    for frame, true_body in filmed(name, look_name, frames):
         s = part * true_body.length_px
         jpegs.append(encode_jpeg(frame.picture, look.jpeg_quality))
         rows["stamp_ns"].append(frame.stamp_ns)

@@ -1,0 +1,50 @@
+"""A worm that wears a real skin, and lies open: its tips, length and width."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from worm_model.simulator.folded_worms import (
+    LOOKS,
+    FoldedWorm,
+    film_worm,
+    read_skins,
+    rig_for,
+)
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.tracker import Tracker
+
+SKINS = Path(__file__).parents[2] / "bags" / "source" / "lumbriculus_skins.npz"
+FRAMES = 24
+
+
+@pytest.mark.parametrize("name", ["w4", "w5"])
+def test_a_real_skin_is_tracked_to_its_tips_and_as_wide_as_it_is(name):
+    look, skin = LOOKS[f"skin_{name}"], read_skins(SKINS)[name]
+    s = np.linspace(0.0, -20.0, 121)
+    angle = 0.14 * (s + 0.08 * np.arange(FRAMES)[:, None]) + 1.5
+    lines = np.stack([6.5 * np.sin(angle), 1.5 - 6.5 * np.cos(angle)], axis=2)
+    worm = FoldedWorm(lines, np.ones(121), 25.0)
+    tracker, given, films = Tracker(TrackerParameters()), [], []
+    for frame, body in film_worm(rig_for(look, seed=1), worm, look, skin):
+        films.append((frame.truth, body))
+        given += tracker.push(frame.picture, frame.stamp_ns)
+    given += tracker.finish()
+    tips, centroids, widths = [], [], []
+    for tracked, (truth, body) in zip(given, films, strict=True):
+        state = tracked.state
+        assert state.status.label == "tracked"
+        assert state.length_px == pytest.approx(body.length_px, rel=0.02)
+        ends = np.array([[end.u_px, end.v_px] for end in (state.head, state.tail)])
+        away = np.hypot(*np.moveaxis(ends[:, None] - body.points_px[[0, -1]], 2, 0))
+        tips.append(min(away.diagonal().max(), away[::-1].diagonal().max()))
+        centroids.append(
+            np.hypot(
+                state.centroid.u_px - truth.centroid_u_px, state.centroid.v_px - truth.centroid_v_px
+            )
+        )
+        widths.append(state.width_px / body.mean_width_px)
+    assert np.median(tips) < 2.0
+    assert np.median(centroids) < 2.5  # the half-height edges of soft flanks are good to 0.3 px
+    assert np.median(widths) == pytest.approx(1.0, abs=0.05)
