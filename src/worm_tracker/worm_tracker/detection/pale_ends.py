@@ -32,7 +32,7 @@ class PaleEndSettings:
     """How far from the axis of the end a piece may lie, as seen from within it."""
     axis_part: float = 0.08
     """Part of the midline from which an end has its axis."""
-    complete_area_over_known: float = 0.98
+    complete_area_over_known: float = 0.97
     """Area from which nothing is missing."""
     learning_frames: int = 12
     """Midlines until which a piece is looked for at each frame, and between two looks later."""
@@ -99,10 +99,12 @@ def _pieces(
     rim = max(2, round(settings.rim_widths * width))
     _, dark = cv2.threshold(view.smooth, faint, 255, cv2.THRESH_BINARY)
     beside = cv2.subtract(dark, draw_blob(detection.blob, view.window, rim))
+    least, most = settings.least_area_widths2 * width**2, settings.most_area_over_object * area
+    if cv2.countNonZero(beside) < least:  # nearly always
+        return []
     count, labels, stats, _ = cv2.connectedComponentsWithStats(beside)
-    most = settings.most_area_over_object * area
     sizes = stats[:, cv2.CC_STAT_AREA]
-    wanted = (sizes > settings.least_area_widths2 * width**2) & (sizes < most)
+    wanted = (sizes > least) & (sizes < most)
     return [
         np.asarray((labels == k).view(np.uint8) * 255, np.uint8)
         for k in range(1, count)
