@@ -88,7 +88,7 @@ class Definition:
         settings = sums.settings
         needed = max(settings.minimum_n, getattr(settings, self.needs)) if self.needs else 0
         why, estimate = "", (nan, nan, nan)
-        if noise_in_thresholds(sums) > self.most_noise:
+        if self.most_noise < inf and noise_in_thresholds(sums) > self.most_noise:
             why = _too_noisy(sums, self.most_noise)
         elif n < needed:
             why = not_enough(n, self.items, needed)
