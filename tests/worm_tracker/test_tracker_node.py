@@ -133,7 +133,7 @@ def swap_head(stand):
 
 
 def test_an_operator_exchanges_head_and_tail_for_the_rest_of_the_trial(bench, pictures):
-    stand = bench()
+    stand = bench(hold_back_frames=2)
     answer = swap_head(stand)
     assert not answer.success
     assert answer.message == "no worm has been seen yet"

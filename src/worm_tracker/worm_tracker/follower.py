@@ -55,6 +55,8 @@ class FollowerSettings:
     most_log_length_over_known: float = 0.15
     most_log_length_over_last: float = 0.08
     """A length beyond both is an error, because a worm does not stretch in a moment."""
+    most_log_length_in_fold: float = 0.3
+    """Log of the length over the known one that no stroke explains: such a body is not told."""
     most_log_stretch_per_frame: float = 0.04
     """A length that changes by more in a frame is that of a body whose end is not seen."""
     leap_confidence: float = 0.5
@@ -77,9 +79,11 @@ class FollowerSettings:
     relearn_frames: int = 15
     relearn_area_over_known: float = 1.1
     """Frames in a row without a midline, and area, from which a body of another length is believed:
-    the worm was seen in part at first."""
+    the worm was seen in part, or laid double, at first."""
     learned_frames: int = 10
     """Midlines from which on the body model is that of this worm."""
+    known_body_frames: int = 150
+    """Midlines from which on nothing is kept to look at a picture again with another body."""
     whole_log_length_over_known: float = 0.035
     whole_confidence: float = 0.85
     """Log of the length, and confidence, from which all of the worm is taken to be seen."""
@@ -91,6 +95,8 @@ class FollowerSettings:
     loop_hole_widths2: float = 20.0
     """Hole, in squared widths, that may be that of a loop rather than of a bubble, where nothing is
     known of the worm yet."""
+    sought_again_frames: int = 4
+    """How often a body that was lost in a fold is sought where it was last told."""
     coil_margin_px: int = 24
     """How much about a coil is kept for a later frame to look at."""
     body_model: BodyModelSettings = field(default_factory=BodyModelSettings)
@@ -137,6 +143,9 @@ class Follower:
             return self._with_occlusion(observation, detection)
         if observation.status is Status.COILED or any(observation.occluded):
             return replace(observation, unresolved=detection.cropped(self._settings.coil_margin_px))
+        model = self._track.model
+        if model is not None and model.frames < self._settings.known_body_frames:
+            return replace(observation, kept=detection.cropped(self._settings.coil_margin_px))
         return observation
 
     def resolve_back(
@@ -265,6 +274,8 @@ class Follower:
         if model is None or last is None:
             return True
         length = length_of(found.points)
+        if self._was_in_part(detection.blob, length):
+            return True
         stretch = abs(log(length / length_of(last)))
         most = settings.most_log_stretch_per_frame * (1 + self._track.frames_lost)
         if stretch > most and detection.occluder is None:
@@ -291,21 +302,26 @@ class Follower:
             return slim and off < settings.most_log_area_over_midline
         if found.width > settings.most_width_over_known * width:
             return False
-        if self._was_in_part(blob):
+        if self._was_in_part(blob, length):
             return slim
         least, most = settings.least_length_over_known, settings.most_length_over_known
         return least < length / model.length < most
 
-    def _was_in_part(self, blob: Blob) -> bool:
-        """Tell whether the worm has long been too large for what was seen of it at first."""
+    def _was_in_part(self, blob: Blob, length: float) -> bool:
+        """Tell whether the worm has long been too large, or too long, for what was seen at first.
+
+        It was seen in part, or laid double.
+        """
         model, settings = self._track.model, self._settings
-        larger = model is not None and blob.area > settings.relearn_area_over_known * model.area
-        return larger and self._track.frames_unresolved >= settings.relearn_frames
+        if model is None or self._track.frames_unresolved < settings.relearn_frames:
+            return False
+        longer = length > settings.most_length_over_known * model.length
+        return longer or blob.area > settings.relearn_area_over_known * model.area
 
     def _learn(self, found: RefinedMidline, seen: Detection) -> None:
         """Take a sound midline into what is known of the worm."""
         model = self._track.model
-        if model is None or self._was_in_part(seen.blob):
+        if model is None or self._was_in_part(seen.blob, length_of(found.points)):
             self._track.begin_anew()
             model = BodyModel.of(found, seen.blob.area, seen.gain, self._settings.body_model)
         else:
@@ -318,6 +334,8 @@ class Follower:
         """Propagate the last midline; a leap that remains is said by a low confidence."""
         track, model, settings = self._track, self._track.model, self._settings
         last, frames = track.bodies.last, 1 + track.frames_lost
+        if last is None and track.frames_unresolved % settings.sought_again_frames == 0:
+            last, frames = track.body, 1 + track.frames_unresolved
         if model is None or last is None:
             return _coiled(detection), None
         least = settings.explained.least_dark_widths2
@@ -336,7 +354,9 @@ class Follower:
         leaps = model.leaps(found.points, last, frames)
         confidence = (settings.leap_confidence if leaps else 1.0) * found.agreement
         observation = observation_of(found, model, confidence, settings.propagation)
-        if found.over_limits > settings.propagation.lost_over_limits:
+        off = abs(log(found.path.length / model.length))
+        lost = found.over_limits > settings.propagation.lost_over_limits
+        if lost or off > settings.most_log_length_in_fold:
             return _coiled(detection), None
         if found.over_limits > 1:
             return replace(_coiled(detection), followed=observation), found

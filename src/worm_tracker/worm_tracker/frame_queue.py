@@ -44,6 +44,7 @@ class FrameQueue:
         self._px_per_mm = px_per_mm
         self._coiled: deque[PendingFrame] = deque()
         self._linked: deque[PendingFrame] = deque()
+        self._body_is_new = False
         self._head_first: bool | None = None
         self._home = ""
         self.exchanges: list[Exchange] = []
@@ -68,8 +69,22 @@ class FrameQueue:
             if max(observation.end_sd_px) < _end_sd(pending.observation):
                 pending.observation = observation
 
+    def reopen(self) -> None:
+        """Take back what was told of the frames that wait: their body was not the worm's."""
+        while self._linked:
+            told = self._linked[-1].observation
+            seen = told.unresolved or told.kept
+            if seen is None:
+                return
+            pending = self._linked.pop()
+            pending.observation = Observation(Status.COILED, told.u, told.v, unresolved=seen)
+            pending.reliability = 1.0
+            self._coiled.appendleft(pending)
+
     def push(self, pending: PendingFrame) -> None:
         """Take the next frame; a coil waits until `link_coils`, or the next that is none."""
+        if pending.observation.has_midline:
+            self._body_is_new = pending.observation.kept is not None
         if pending.observation.unresolved is not None:
             self._coiled.append(pending)
         else:
@@ -84,7 +99,7 @@ class FrameQueue:
         """Return the frames that need not wait any longer."""
         over = len(self) - self._hold_back_frames
         self._link_oldest_coils(min(len(self._coiled), over - len(self._linked)))
-        if self._head_tail.certain:
+        if self._head_tail.corrected or (self._head_tail.certain and not self._body_is_new):
             return self._give(len(self._linked))
         free = 0
         for pending in self._linked:

@@ -33,6 +33,8 @@ class Observation:
     unresolved : Detection or None
         Where the body is coiled, or folded with a hidden end: what a later frame needs to tell how
         it lay.
+    kept : Detection or None
+        What was seen of a body that is not known well yet: it may turn out not to be the worm's.
     followed : Observation or None
         Where the body was followed into a coil, but does not explain all of it: how it may lie.
         Not told, but which end is which is carried on by it.
@@ -49,6 +51,7 @@ class Observation:
     appearance: Floats | None = None
     end_sd_px: tuple[float, float] = (0.0, 0.0)
     unresolved: Detection | None = None
+    kept: Detection | None = None
     followed: "Observation | None" = None
 
     @property

@@ -145,7 +145,10 @@ class Tracker:
         """
         frame, self._frames = self._frames, self._frames + 1
         self._last_ns = stamp_ns
+        bodies_begun = self._track.bodies_begun
         observation = self._observe(picture, stamp_ns)
+        if self._track.bodies_begun != bodies_begun:
+            self._queue.reopen()
         opened = observation.has_midline and observation.unresolved is None
         coils = self._queue.coils() if opened else []
         if coils and self._stages is not None:

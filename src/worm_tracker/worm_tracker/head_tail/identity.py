@@ -198,6 +198,11 @@ class HeadTail:
         """Whether the head is decided."""
         return abs(self.log_odds) >= self._settings.certain_log_odds
 
+    @property
+    def corrected(self) -> bool:
+        """Whether an operator has said which end is the head."""
+        return self._corrected
+
     def correct(self) -> None:
         """Exchange head and tail on an operator's word, for good.
 

@@ -153,7 +153,10 @@ def propagate_back(
     last = PropagatedBody(path, opened.confidence, opened.confidence)
     before: Floats | None = None
     fits = 0
+    dark_widths2 = settings.explained.least_dark_widths2
     for detection in detections:
+        darkening = darkening_of(detection, model, dark_widths2, settings.explained)
+        model = model if darkening is None else model.with_darkening(darkening)
         least = last.expected_agreement - settings.most_agreement_lost_backwards
         found = _slid_only(detection, model, last, settings)
         poor = found is None or found.agreement < least
