@@ -78,8 +78,7 @@ class FollowerSettings:
     """Lengths beyond these are not the worm's."""
     relearn_frames: int = 15
     relearn_area_over_known: float = 1.1
-    """Frames in a row without a midline, and area, from which a body of another length is believed:
-    the worm was seen in part, or laid double, at first."""
+    """Frames without a midline, and area, from which a body of another length is believed."""
     learned_frames: int = 10
     """Midlines from which on the body model is that of this worm."""
     known_body_frames: int = 150
@@ -308,10 +307,7 @@ class Follower:
         return least < length / model.length < most
 
     def _was_in_part(self, blob: Blob, length: float) -> bool:
-        """Tell whether the worm has long been too large, or too long, for what was seen at first.
-
-        It was seen in part, or laid double.
-        """
+        """Tell whether what was seen at first was a part of the worm, or the worm laid double."""
         model, settings = self._track.model, self._settings
         if model is None or self._track.frames_unresolved < settings.relearn_frames:
             return False

@@ -5,6 +5,7 @@ which a smooth one is laid does not shrink.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -36,7 +37,7 @@ class ContinuationSettings:
     """Least radius of curvature of the continuation: a body does not bend more tightly."""
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class BodyPath:
     """Where a body lies, from tip to tip, and how it slides.
 
@@ -51,7 +52,7 @@ class BodyPath:
     curve: Complex
     ways: tuple[float, float] = (0.0, 0.0)
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length from tip to tip, pixels."""
         return float(complex_arc_length(self.curve)[-1])
@@ -61,7 +62,7 @@ class BodyPath:
         """Distance of the nodes, pixels."""
         return self.length / (len(self.curve) - 1)
 
-    @property
+    @cached_property
     def points(self) -> Floats:
         """The midline, shape (TRACKED_POINTS, 2)."""
         return as_points(evenly(self.curve, TRACKED_POINTS))
