@@ -270,16 +270,18 @@ class Follower:
     def _continues(self, found: RefinedMidline, detection: Detection) -> bool:
         """Tell whether a midline can be that of the frame before, a frame later."""
         model, last, settings = self._track.model, self._track.bodies.last, self._settings
-        if model is None or last is None:
+        if model is None:
             return True
         length = length_of(found.points)
         if self._was_in_part(detection.blob, length):
             return True
+        off = abs(log(length / model.length))
+        if last is None:
+            return off < settings.most_log_length_over_known
         stretch = abs(log(length / length_of(last)))
         most = settings.most_log_stretch_per_frame * (1 + self._track.frames_lost)
         if stretch > most and detection.occluder is None:
             return False
-        off = abs(log(length / model.length))
         if (
             off > settings.most_log_length_over_known
             and stretch > settings.most_log_length_over_last
@@ -311,7 +313,7 @@ class Follower:
         model, settings = self._track.model, self._settings
         if model is None or self._track.frames_unresolved < settings.relearn_frames:
             return False
-        longer = length > settings.most_length_over_known * model.length
+        longer = log(length / model.length) > settings.most_log_length_over_known
         return longer or blob.area > settings.relearn_area_over_known * model.area
 
     def _learn(self, found: RefinedMidline, seen: Detection) -> None:
