@@ -48,8 +48,7 @@ class FollowerSettings:
     most_area_over_known: float = 2.2
     """Areas beyond these are not the worm's, whatever it does."""
     agreement_of_all: float = 0.95
-    """Agreement below which it is looked at whether a midline found by the contour leaves
-    something over."""
+    """Agreement below which a midline found by the contour may leave something over."""
     least_agreement: float = 0.7
     """Least agreement of body and picture for a midline to be believed."""
     most_log_length_over_known: float = 0.15
@@ -87,13 +86,11 @@ class FollowerSettings:
     whole_confidence: float = 0.85
     """Log of the length, and confidence, from which all of the worm is taken to be seen."""
     cut_length_over_known: float = 0.92
-    """Length below which what was cut out is only a part of the worm: its stroke shortens it by
-    less."""
+    """Length below which what was cut out is a part of the worm: a stroke shortens it less."""
     cut_length_over_last: float = 0.97
     """The same over the length a frame before: a stroke takes off no more in a frame."""
     loop_hole_widths2: float = 20.0
-    """Hole, in squared widths, that may be that of a loop rather than of a bubble, where nothing is
-    known of the worm yet."""
+    """Hole, in squared widths, that may be a loop's, not a bubble's, before a worm is known."""
     sought_again_frames: int = 4
     """How often a body that was lost in a fold is sought where it was last told."""
     coil_margin_px: int = 24
@@ -318,10 +315,12 @@ class Follower:
 
     def _learn(self, found: RefinedMidline, seen: Detection) -> None:
         """Take a sound midline into what is known of the worm."""
-        model = self._track.model
-        if model is None or self._was_in_part(seen.blob, length_of(found.points)):
+        model, settings = self._track.model, self._settings
+        length, most = length_of(found.points), settings.most_log_length_over_known
+        grown = model is not None and model.has_grown(length, most, settings.known_body_frames)
+        if model is None or grown or self._was_in_part(seen.blob, length):
             self._track.begin_anew()
-            model = BodyModel.of(found, seen.blob.area, seen.gain, self._settings.body_model)
+            model = BodyModel.of(found, seen.blob.area, seen.gain, settings.body_model)
         else:
             model = model.updated(found, seen.blob.area, seen.gain)
         self._track.learn(model)

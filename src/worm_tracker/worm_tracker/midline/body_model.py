@@ -1,7 +1,7 @@
 """What has been learned of this worm's body: its length, widths, area and darkness."""
 
 from dataclasses import dataclass, replace
-from math import log
+from math import log, nan
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.midline.curve import length_of
@@ -43,6 +43,8 @@ class BodyModel:
         How much darker two parts are that lie on each other than one, relatively.
     length_scatter : float
         Mean deviation of the log of its length: a worm that strokes has more.
+    first_length : float
+        That of the first one, pixels; NaN where it is not known.
     settings : BodyModelSettings
     frames : int
         How many there were.
@@ -59,6 +61,7 @@ class BodyModel:
     settings: BodyModelSettings
     darkening: float = 0.0
     length_scatter: float = 0.02
+    first_length: float = nan
     frames: int = 1
 
     @classmethod
@@ -77,6 +80,7 @@ class BodyModel:
             midline.levels,
             gain,
             settings,
+            first_length=length,
         )
 
     def updated(self, midline: RefinedMidline, area: float, gain: float) -> "BodyModel":
@@ -96,8 +100,13 @@ class BodyModel:
             settings=self.settings,
             darkening=self.darkening,
             length_scatter=self.length_scatter + rate * (off - self.length_scatter),
+            first_length=self.first_length,
             frames=self.frames + 1,
         )
+
+    def has_grown(self, length: float, most_log_growth: float, frames: int) -> bool:
+        """Tell whether a length shows that the first ones, if few, were of a body laid double."""
+        return self.frames < frames and log(length / self.first_length) > most_log_growth
 
     def levels_at(self, gain: float) -> Floats:
         """Return the signal on the midline in a picture of some brightness."""
