@@ -37,7 +37,7 @@ from worm_tracker.propagation.propagation import (
     propagate,
     propagate_back,
 )
-from worm_tracker.worm_track import PropagatedBody, WormTrack
+from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +80,6 @@ class FollowerSettings:
     """Frames without a midline, and area, from which a body of another length is believed."""
     learned_frames: int = 10
     """Midlines from which on the body model is that of this worm."""
-    known_body_frames: int = 150
-    """Midlines from which on nothing is kept to look at a picture again with another body."""
     whole_log_length_over_known: float = 0.035
     whole_confidence: float = 0.85
     """Log of the length, and confidence, from which all of the worm is taken to be seen."""
@@ -140,7 +138,7 @@ class Follower:
         if observation.status is Status.COILED or any(observation.occluded):
             return replace(observation, unresolved=detection.cropped(self._settings.coil_margin_px))
         model = self._track.model
-        if model is not None and model.frames < self._settings.known_body_frames:
+        if model is not None and model.is_young:  # it may be looked at again with another body
             return replace(observation, kept=detection.cropped(self._settings.coil_margin_px))
         return observation
 
@@ -316,9 +314,8 @@ class Follower:
     def _learn(self, found: RefinedMidline, seen: Detection) -> None:
         """Take a sound midline into what is known of the worm."""
         model, settings = self._track.model, self._settings
-        length, most = length_of(found.points), settings.most_log_length_over_known
-        grown = model is not None and model.has_grown(length, most, settings.known_body_frames)
-        if model is None or grown or self._was_in_part(seen.blob, length):
+        length = length_of(found.points)
+        if model is None or model.is_outgrown_by(length) or self._was_in_part(seen.blob, length):
             self._track.begin_anew()
             model = BodyModel.of(found, seen.blob.area, seen.gain, settings.body_model)
         else:
@@ -330,9 +327,10 @@ class Follower:
     ) -> tuple[Observation, PropagatedBody | None]:
         """Propagate the last midline; a leap that remains is said by a low confidence."""
         track, model, settings = self._track, self._track.model, self._settings
-        last, frames = track.bodies.last, 1 + track.frames_lost
-        if last is None and track.frames_unresolved % settings.sought_again_frames == 0:
-            last, frames = track.body, 1 + track.frames_unresolved
+        bodies, frames = track.bodies, 1 + track.frames_lost
+        if bodies.last is None and track.frames_unresolved % settings.sought_again_frames == 0:
+            bodies, frames = LastBodies(track.body), 1 + track.frames_unresolved
+        last = bodies.last
         if model is None or last is None:
             return _coiled(detection), None
         least = settings.explained.least_dark_widths2
@@ -340,11 +338,11 @@ class Follower:
         if darkening is not None:
             model = model.with_darkening(darkening)
             track.learn(model)
-        start = track.bodies.to_propagate(
+        start = bodies.to_propagate(
             last, model.width, settings.propagation.first_expected_agreement
         )
         found = propagate(
-            detection, model, start, track.bodies.before, frames, contour_body, settings.propagation
+            detection, model, start, bodies.before, frames, contour_body, settings.propagation
         )
         if found.agreement < settings.least_agreement:
             return _coiled(detection), None

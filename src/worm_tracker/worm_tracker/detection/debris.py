@@ -64,8 +64,6 @@ class DebrisSettings:
     """How far around the worm's ends nothing is taken for debris: an end is where it moves to."""
     all_worm_area_over_known: float = 1.1
     """Area below which all of the object is the worm."""
-    known_body_frames: int = 150
-    """Midlines before which all of it is, whatever its area: the body may be known in part."""
     drawn_width_over_known: float = 1.25
     drawn_rim_px: int = 4
     """How wide a worm is drawn for what is not debris: with its blur."""
@@ -233,7 +231,7 @@ def _worm_in(
         radius = round(16 * settings.untouched_about_ends_widths * width)
         cv2.circle(ends, end, radius, 255, -1, cv2.LINE_8, 4)
     # In a sharp bend a midline cuts the corner; and a body laid double is soon longer than it was.
-    young = seen.model.frames < settings.known_body_frames
-    if young or seen.blob.area < settings.all_worm_area_over_known * seen.model.area:
+    small = seen.blob.area < settings.all_worm_area_over_known * seen.model.area
+    if small or seen.model.is_young:
         cv2.bitwise_or(worm, draw_blob(seen.blob, window, settings.worm_blur_px), dst=worm)
     return worm, ends

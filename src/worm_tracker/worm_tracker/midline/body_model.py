@@ -1,7 +1,7 @@
 """What has been learned of this worm's body: its length, widths, area and darkness."""
 
 from dataclasses import dataclass, replace
-from math import log, nan
+from math import log
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.midline.curve import length_of
@@ -16,6 +16,10 @@ class BodyModelSettings:
     """Weight of a frame in the running means after the first ones: a memory of 50 frames."""
     weight_of_new_darkening: float = 0.2
     """Weight of a frame in the running mean of how dark overlaps are."""
+    young_frames: int = 150
+    """Midlines until which the first ones may have been of a body laid double, or seen in part."""
+    most_log_growth: float = 0.15
+    """Log of a length over the first one that shows it: a stroke makes up less."""
     most_end_step_lengths: float = 0.12
     most_end_step_widths: float = 1.5
     """An end that moves farther than both in a frame has been mistaken for another."""
@@ -39,12 +43,12 @@ class BodyModel:
         Width, and signal on the midline, along the body, in the order of the last midline.
     gain : float
         Brightness of the pictures, over the background's.
+    first_length : float
+        That of the first one, pixels.
     darkening : float
         How much darker two parts are that lie on each other than one, relatively.
     length_scatter : float
         Mean deviation of the log of its length: a worm that strokes has more.
-    first_length : float
-        That of the first one, pixels; NaN where it is not known.
     settings : BodyModelSettings
     frames : int
         How many there were.
@@ -59,9 +63,9 @@ class BodyModel:
     levels: Floats
     gain: float
     settings: BodyModelSettings
+    first_length: float
     darkening: float = 0.0
     length_scatter: float = 0.02
-    first_length: float = nan
     frames: int = 1
 
     @classmethod
@@ -80,7 +84,7 @@ class BodyModel:
             midline.levels,
             gain,
             settings,
-            first_length=length,
+            length,
         )
 
     def updated(self, midline: RefinedMidline, area: float, gain: float) -> "BodyModel":
@@ -104,9 +108,15 @@ class BodyModel:
             frames=self.frames + 1,
         )
 
-    def has_grown(self, length: float, most_log_growth: float, frames: int) -> bool:
-        """Tell whether a length shows that the first ones, if few, were of a body laid double."""
-        return self.frames < frames and log(length / self.first_length) > most_log_growth
+    @property
+    def is_young(self) -> bool:
+        """Whether the body may yet turn out to be another one."""
+        return self.frames < self.settings.young_frames
+
+    def is_outgrown_by(self, length: float) -> bool:
+        """Tell whether a length shows that the first midlines were of a body laid double."""
+        growth = log(length / self.first_length)
+        return self.is_young and growth > self.settings.most_log_growth
 
     def levels_at(self, gain: float) -> Floats:
         """Return the signal on the midline in a picture of some brightness."""
