@@ -273,6 +273,8 @@ def test_every_number_of_the_table_is_there_with_its_unit(walked):
         **{f"{name}_mean": "mm" for name in ("d_c", "d_nc", "delta_r_h")},
         "radius_noise": "mm",
         "t_per": "s",
+        "t_1e": "s",
+        "t_1e_over_t_per": "1",
         "d_c_exponential_p": "1",
         "d_nc_exponential_p": "1",
         "delta_r_h_exponential_p": "1",

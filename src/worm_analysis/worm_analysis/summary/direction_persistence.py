@@ -1,5 +1,6 @@
-"""C_θ(t), its error and its decay time t_per from sums over pairs of moments (paper, Fig. 7a)."""
+"""C_θ(t), its error and how fast it decays, from sums over pairs of moments (paper, Fig. 7a)."""
 
+from collections.abc import Callable
 from functools import lru_cache
 from math import exp, isfinite, nan
 
@@ -17,6 +18,9 @@ FEWEST_PARTS_AT_LAG = 5
 """Fewer parts with pairs at a lag say nothing of the error there."""
 NORMAL = 1.959964
 """Half the width of a 95 % interval in standard deviations, where the parts are many."""
+ONE_E = exp(-1.0)
+SLOPE_SPAN = 0.25
+"""The slope of C_θ where it is 1/e is that of the lags this part of the time around it."""
 
 
 class NotEnoughData(ValueError):  # noqa: N818 (it is what the data are)
@@ -80,26 +84,112 @@ def persistence_time(
         Where the track is too short to tell.
     """
     c, pairs = correlation_curve(units)
-    observed_s = float(pairs[0] * lag_s[1])
     fitted = fit_decay_time(lag_s, c, pairs)
     if not isfinite(fitted):
         raise NotEnoughData("the correlation does not decay within the longest lag observed")
-    if observed_s < shortest_track * fitted:
+    _refuse_short(fitted, "the decay time", pairs, lag_s, shortest_track)
+    return _on_log_scale(fitted, _half_width(units, _of_fit(units, lag_s, fitted)))
+
+
+def fall_time(
+    units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
+) -> Interval:
+    """Return the time at which C_θ has fallen to 1/e, s, whatever its form.
+
+    The interval is the curve's error there over its slope, on a logarithmic scale.
+
+    Raises
+    ------
+    NotEnoughData
+        Where it does not fall so far, or the track is too short to tell.
+    """
+    _, pairs = correlation_curve(units)
+    at_s, response = _of_fall(units, lag_s)
+    _refuse_short(at_s, "the time to 1/e", pairs, lag_s, shortest_track)
+    return _on_log_scale(at_s, _half_width(units, response))
+
+
+def fall_over_decay(units: Units, lag_s: Floats) -> Interval:
+    """Return the time to 1/e over t_per: 1 where C_θ is one exponential.
+
+    Both rest on the same pairs and err together, so this is told better than either.
+
+    Raises
+    ------
+    NotEnoughData
+        Where one of the two cannot be had.
+    """
+    decay_s, at_s = persistence_time(units, lag_s)[0], fall_time(units, lag_s)[0]
+    (_, of_fall), of_fit = _of_fall(units, lag_s), _of_fit(units, lag_s, decay_s)
+    half = _half_width(units, lambda rows: of_fall(rows) - of_fit(rows))
+    return _on_log_scale(at_s / decay_s, half)
+
+
+Response = Callable[[Floats], Floats]
+"""From the sums of each part to what it changes in the logarithm of a number."""
+
+
+def _refuse_short(
+    time_s: float, what: str, pairs: Integers, lag_s: Floats, shortest_track: float
+) -> None:
+    observed_s = float(pairs[0] * lag_s[1])
+    if observed_s < shortest_track * time_s:
         raise NotEnoughData(
             f"not enough data: {observed_s:.0f} s with a direction of motion, less than "
-            f"{shortest_track:.0f} times the decay time of about {fitted:.0f} s"
+            f"{shortest_track:.0f} times {what} of about {time_s:.0f} s"
         )
+
+
+def _half_width(units: Units, response: Response) -> float:
+    """Return half of the 95 % interval of a logarithm, from its linear response to each part."""
     half = nan
-    slope = lag_s / fitted * np.exp(-lag_s / fitted)
-    leverage = float(np.sum(pairs * slope**2))
     for rows in units.levels():
-        response = np.sum(_residuals(rows, c) * slope, axis=1) / leverage
         k = len(rows)
-        error = float(np.sqrt(np.sum(response**2) * (k / (k - 1))))
+        error = float(np.sqrt(np.sum(response(rows) ** 2) * (k / (k - 1))))
         half = float(np.fmax(half, stdtrit(k - 1, 0.975) * error))
     if not isfinite(half):
         raise NotEnoughData("not enough data: fewer than eight independent stretches of time")
-    return fitted, fitted * exp(-half), fitted * exp(half)
+    return half
+
+
+def _on_log_scale(value: float, half: float) -> Interval:
+    return value, value * exp(-half), value * exp(half)
+
+
+def _of_fit(units: Units, lag_s: Floats, fitted_s: float) -> Response:
+    """Return how t_per answers to each part."""
+    c, pairs = correlation_curve(units)
+    slope = lag_s / fitted_s * np.exp(-lag_s / fitted_s)
+    leverage = float(np.sum(pairs * slope**2))
+
+    def response(rows: Floats) -> Floats:
+        answered: Floats = np.sum(_residuals(rows, c) * slope, axis=1) / leverage
+        return answered
+
+    return response
+
+
+def _of_fall(units: Units, lag_s: Floats) -> tuple[float, Response]:
+    """Return when C_θ is 1/e for the first time, and how that answers to each part."""
+    c, pairs = correlation_curve(units)
+    below = np.flatnonzero(c < ONE_E)
+    if not len(below) or below[0] == 0 or not isfinite(c[below[0] - 1]):
+        raise NotEnoughData("the correlation does not fall to 1/e within the lags observed")
+    after = int(below[0])
+    part = (c[after - 1] - ONE_E) / (c[after - 1] - c[after])
+    at_s = float(lag_s[after - 1] + part * (lag_s[after] - lag_s[after - 1]))
+    near = (np.abs(lag_s - at_s) <= SLOPE_SPAN * at_s) & np.isfinite(c)
+    near[after - 1 : after + 1] = True
+    slope = float(np.polyfit(lag_s[near], c[near], 1)[0])
+    if not slope < 0:
+        raise NotEnoughData("the correlation does not fall steadily where it is 1/e")
+
+    def response(rows: Floats) -> Floats:
+        changes = _residuals(rows, c)[:, after - 1 : after + 1] / pairs[after - 1 : after + 1]
+        answered: Floats = changes @ [1 - part, part] / (-slope * at_s)
+        return answered
+
+    return at_s, response
 
 
 def _residuals(rows: Floats, c: Floats) -> Floats:

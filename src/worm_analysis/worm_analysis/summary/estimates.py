@@ -23,7 +23,11 @@ from worm_analysis.statistics.unseen_episodes import (
     per_true_cycle,
     unmerged_means,
 )
-from worm_analysis.summary.direction_persistence import persistence_time
+from worm_analysis.summary.direction_persistence import (
+    fall_over_decay,
+    fall_time,
+    persistence_time,
+)
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.intervals import Interval, exponential_mean, fraction, poisson_rate
@@ -365,3 +369,13 @@ def decay_time(sums: Sums) -> Interval:
     return persistence_time(
         sums.units("c_theta"), sums.lag_s, sums.settings.shortest_track_in_t_per
     )
+
+
+def time_to_one_e(sums: Sums) -> Interval:
+    """Interval the time at which C_θ has fallen to 1/e, s."""
+    return fall_time(sums.units("c_theta"), sums.lag_s, sums.settings.shortest_track_in_t_per)
+
+
+def one_exponential(sums: Sums) -> Interval:
+    """Interval the time to 1/e over t_per."""
+    return fall_over_decay(sums.units("c_theta"), sums.lag_s)

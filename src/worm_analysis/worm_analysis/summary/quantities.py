@@ -196,6 +196,16 @@ MOTION = (
         "moments with a direction",
     ),
     Definition(
+        "t_1e", "s", "<i>t</i><sub>1/e</sub>", "$t_{1/e}$",
+        "time at which C<sub>θ</sub> has fallen to 1/e, whatever its form", "c_theta",
+        by.time_to_one_e, "moments with a direction",
+    ),
+    Definition(
+        "t_1e_over_t_per", "1", "<i>t</i><sub>1/e</sub>/<i>t</i><sub>per</sub>",
+        "$t_{1/e}/t_{per}$", "1 where C<sub>θ</sub> is one exponential", "c_theta",
+        by.one_exponential, "moments with a direction",
+    ),
+    Definition(
         "v_w", "mm/s", "<i>v</i><sub>w</sub>", "$v_w$",
         "from v<sub>b</sub> = v<sub>w</sub> sin ψ<sub>b</sub>", "v_w", by.slope("v_w"),
         "windows of time with a speed and a body angle", scale=MM_PER_M,
