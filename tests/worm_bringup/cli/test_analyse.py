@@ -105,11 +105,23 @@ def test_the_files_are_those_of_a_replay_without_the_bag(worm_and_report, tmp_pa
     assert worm_and_report(table, "--out", tmp_path / "out", "--exit-width-mm", 2)[0] == 0
     assert {item.name for item in (tmp_path / "out").iterdir()} == {
         "tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet",
-        "summary.json", "report.html",
+        "summary.json", "report.html", "figures",
     }  # fmt: skip
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Table of tracks" in page
     assert "worm.parquet" in page
+
+
+def test_rows_that_are_missing_are_counted_and_said(worm_and_report, tmp_path, columns):
+    some = {name: np.delete(values, [500, 501, 3000]) for name, values in columns.items()}
+    table = write_table(tmp_path / "worm.parquet", some)
+    status, _ = worm_and_report(table, "--out", tmp_path / "out", "--exit-width-mm", 2)
+    assert status == 0
+    summary, _ = results(tmp_path / "out")
+    (event,) = summary["source_events"]
+    assert (event["kind"], event["count"], event["frame"]) == ("missing_rows", 3, 500)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "about 3 rows are missing from the table, at 2 places, up to 0.3 s" in page
 
 
 def test_csv_and_parquet_give_the_same_bytes(worm, tmp_path, columns):

@@ -18,6 +18,7 @@ from worm_analysis.results.summary import TrialRecord, build_summary, write_summ
 from worm_analysis.results.sums import write_sums
 from worm_analysis.summary.quantities import DEFINITIONS
 from worm_bringup.provenance import file_hash, provenance
+from worm_bringup.tracks.missing_rows import MissingRows
 from worm_bringup.tracks.track_rig import Placed, Placer, TableRig
 from worm_bringup.tracks.track_table import Rows, TrackTable
 from worm_model.inference.comparison import ModelParameters
@@ -125,9 +126,11 @@ class _TableRun:
         self._chambers: set[str] = set()
         self.rows = self._heads = self._strays = self._last_ns = 0
         self._has_centroid = False
+        self._missing = MissingRows()
 
     def take(self, rows: Rows, placed: Placed) -> None:
         """Analyse some rows and write them."""
+        self._missing.take(rows.stamp_ns)
         self._has_centroid |= bool(np.isfinite(placed.x_mm["centroid"]).any())
         found = []
         for state in states_of(rows, placed):
@@ -154,6 +157,7 @@ class _TableRun:
             geometry=_seen(self._geometry, self._chambers, self._rig),
             quantities=tuple(quantities),
             correlation=self.analysis.correlation(),
+            source_events=self._missing.events(),
         )
         self._model.take_summary(quantities, self._last_ns)
         compared = self._model.finish()

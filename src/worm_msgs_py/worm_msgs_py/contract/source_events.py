@@ -15,6 +15,8 @@ class SourceEventKind(StrEnum):
     """Pictures of the recording cannot be read; they are not among the frames."""
     MISCOUNTED = "miscounted"
     """The recording's index counts another number of pictures than there are; all are frames."""
+    MISSING_ROWS = "missing_rows"
+    """A table of tracks skips frames, by its stamps; they are not among the frames."""
     BAD_MESSAGE = "bad_message"
     """A message cannot be read; it is a frame with the status ``bad_image``."""
     RECORD_STOPPED = "record_stopped"
@@ -90,7 +92,7 @@ def _line(kind: SourceEventKind, events: list[SourceEvent]) -> str:
         if count == 0:
             return f"the recording is damaged, how much is lost is not known: {first}"
         return f"{count} messages of the recording are lost: {first}"
-    if kind is SourceEventKind.MISCOUNTED:
+    if kind in (SourceEventKind.MISCOUNTED, SourceEventKind.MISSING_ROWS):
         return first
     if kind is SourceEventKind.BAD_MESSAGE:
         return f"{count or 'some'} messages cannot be used: {first}"
