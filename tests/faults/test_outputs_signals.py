@@ -116,16 +116,19 @@ def replay_during_the_report(out, signals, word):
 
 
 def files_of(out):
-    return {item.name for item in out.iterdir()}
+    """Return the names of what is there; the picture's without its number."""
+    return {re.sub(r"frame_\d+", "frame", item.name) for item in out.iterdir()}
 
 
 DATA = {*TABLES, "summary.json", "bag"}
+DRAWN = {"report.html", "figures"}
+PICTURE = "frame.png"
 
 
 def test_a_signal_while_the_report_is_written_lets_it_be_written(tmp_path):
     status, _ = replay_during_the_report(tmp_path / "out", ENDING[2:], "go on\n")
     assert status == 0
-    assert files_of(tmp_path / "out") == {*DATA, "report.html"}
+    assert files_of(tmp_path / "out") == {*DATA, *DRAWN, PICTURE}
 
 
 @pytest.mark.parametrize(
@@ -140,10 +143,10 @@ def test_finished_data_outlive_the_report(tmp_path, signals, word, expected):
     status, line = replay_during_the_report(out, signals, word)
     assert status == expected
     assert f"the results are whole and kept in {out}" in line
-    assert files_of(out) == DATA
+    assert files_of(out) == {*DATA, PICTURE}
     again = subprocess.run([WORM, "report", out], capture_output=True, check=False)
     assert again.returncode == 0
-    assert files_of(out) == {*DATA, "report.html"}
+    assert files_of(out) == {*DATA, *DRAWN, PICTURE}
 
 
 def test_a_live_trial_whose_terminal_closes_ends_in_good_order(tmp_path):
@@ -164,7 +167,7 @@ def test_a_live_trial_whose_terminal_closes_ends_in_good_order(tmp_path):
             os.close(terminal)
             status = process.wait()
     assert status == 1  # whole, but noise has no pose
-    assert files_of(out) == {*DATA, "report.html"}
+    assert files_of(out) == {*DATA, *DRAWN}
     frames = json.loads((out / "summary.json").read_text())["frames"]["read"]
     with BagPictures(record) as pictures:
         assert pictures.count == frames > 0
@@ -182,4 +185,4 @@ def test_a_run_that_nobody_listens_to_is_whole(tmp_path, gone):
     )
     os.close(writer)
     assert done.returncode == 0
-    assert files_of(tmp_path / "out") == {*DATA, "report.html"}
+    assert files_of(tmp_path / "out") == {*DATA, *DRAWN, PICTURE}

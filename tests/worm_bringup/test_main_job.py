@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import subprocess
 import sys
 import zipfile
@@ -70,9 +71,25 @@ def distance(table, truth, point, of=None):
 
 
 def test_replay_writes_the_files_and_columns_of_the_contract(larva):
-    assert {item.name for item in larva.iterdir()} == FILES | {"bag"}
+    (picture,) = larva.glob("frame_*.png")
+    there = {item.name for item in larva.iterdir()}
+    assert there == FILES | {"bag", "figures", picture.name}
     for name, table in [("tracks", tracks), ("contacts", contacts), ("passages", passages)]:
         assert pq.read_schema(larva / f"{name}.parquet").equals(table.SCHEMA)
+
+
+def test_the_report_opens_with_a_frame_of_the_bag_in_which_the_worm_is_where_it_is(larva):
+    """The picture is dark at the head that its row tells, and the body is as wide as told."""
+    (picture,) = larva.glob("frame_*.png")
+    table = columns(larva / "tracks.parquet")
+    row = int(np.flatnonzero(table["frame"] == int(picture.stem.removeprefix("frame_")))[0])
+    grey = cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE)
+    midline = pq.read_table(larva / "tracks.parquet", columns=["midline_u_px", "midline_v_px"])
+    u, v = (np.array(midline.column(k)[row].as_py())[5:-5].round().astype(int) for k in (0, 1))
+    assert np.mean(grey[v, u] < 100) > 0.95
+    page = (larva / "report.html").read_text(encoding="utf-8")
+    assert re.search(r'<figure id="([\w-]+)"', page)[1] == "fig-frame"
+    assert f"frame {row}, at" in page.replace("\xa0", " ").replace("\u2009", "")
 
 
 def test_every_frame_of_the_bag_has_a_row(larva):
@@ -138,10 +155,18 @@ def test_positions_and_body_angle_in_the_chamber_frame(larva):
     assert np.nanmedian(np.abs(error[far])) < np.radians(2.0)
 
 
+def drawn_too(out):
+    """Return the files of a result but for its bag, with its picture and figures."""
+    return [
+        *FILES,
+        *(item.relative_to(out) for item in (*out.glob("frame_*"), *out.glob("figures/*"))),
+    ]
+
+
 def test_a_process_for_each_node_gives_the_same_bytes(larva, tmp_path):
     done = worm("replay", BAGS / "larva", "--out", tmp_path / "out", "--processes")
     assert done.returncode == 0, done.stderr
-    for name in FILES:
+    for name in drawn_too(larva):
         assert (tmp_path / "out" / name).read_bytes() == (larva / name).read_bytes(), name
 
 
@@ -149,7 +174,7 @@ def test_the_same_bag_gives_the_same_bytes(tmp_path):
     for name in ("first", "second"):
         done = worm("replay", BAGS / "larva", "--out", tmp_path / name, "--playback-duration", "8")
         assert done.returncode == 0, done.stderr
-    for name in FILES:
+    for name in drawn_too(tmp_path / "first"):
         first, second = ((tmp_path / run / name).read_bytes() for run in ("first", "second"))
         assert first == second, name
 

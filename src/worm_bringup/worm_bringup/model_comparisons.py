@@ -1,7 +1,8 @@
 """What `worm model compare` says: trials, and pools of them by W, beside the exact walk."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from math import isfinite
 from pathlib import Path
 
@@ -71,7 +72,7 @@ def compare_trials(
     found, sums, parts = [], [], {}
     for number, directory in enumerate(directories):
         results = read_results(directory)
-        observed = _Observed.of([results])
+        observed = _Observed.of([results], _pixel_m(results))
         quantities = list(results.quantities)
         found.append(_case(str(directory), 1, quantities, results, observed, parameters))
         if results.chambers:
@@ -84,9 +85,42 @@ def compare_trials(
         together = [parts[trial.directory] for trial in pool.trials]
         quantities = [pooled.quantity for pooled in pool.numbers.values()]
         name = f"W = {pool.width_mm:g} mm, {len(together)} trials"
-        observed = _Observed.of(together)
+        observed = _Observed.of(together, max(map(_pixel_m, together)))
         found.append(_case(name, len(together), quantities, together[0], observed, parameters))
     return found
+
+
+def compare_pool(pool: Pool, directories: Sequence[Path]) -> dict[float, Comparison]:
+    """Hold the trials of each W of a pool against the walk; one trial at a time is read.
+
+    Parameters
+    ----------
+    pool : Pool
+        The trials.
+    directories : sequence of Path
+        Their results directories, in the same order.
+
+    Returns
+    -------
+    dict of float to Comparison
+        By W; without those that cannot be compared.
+    """
+    places = dict(zip(map(id, pool.trials), directories, strict=True))
+    found = {}
+    for part in pool.by_width:
+        read = (read_results(places[id(trial)]) for trial in part.trials)
+        first = next(read)
+        observed = _Observed.of(chain([first], read), _coarsest_pixel_m(part))
+        quantities = [pooled.quantity for pooled in part.numbers.values()]
+        case = _case("", len(part.trials), quantities, first, observed, ModelParameters())
+        if case.comparison is not None:
+            found[part.width_mm] = case.comparison
+    return found
+
+
+def _coarsest_pixel_m(pool: Pool) -> float:
+    totals = [trial.sums["pixel"].sum(axis=0) for trial in pool.trials if "pixel" in trial.sums]
+    return max((float(size_m / n) for n, size_m in totals if n), default=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,13 +132,13 @@ class _Observed:
     scores: tuple[tuple[str, float], ...] = ()
 
     @classmethod
-    def of(cls, trials: Sequence[Results]) -> "_Observed":
-        """Gather it; the scores of forecasts are those made while the frames came in."""
-        reversals, escapes = Reversals(), EscapeTimes()
-        for results in trials:
-            chamber = results.chambers[0] if results.chambers else None
-            if chamber is not None and chamber.px_per_m > 0:
-                reversals.resolution_m = max(reversals.resolution_m, 1.0 / chamber.px_per_m)
+    def of(cls, trials: Iterable[Results], pixel_m: float) -> "_Observed":
+        """Gather it, one trial at a time; scores of forecasts are those of a trial alone.
+
+        They were made while its frames came in. `pixel_m` is the coarsest of the trials' pixels.
+        """
+        reversals, escapes = Reversals(resolution_m=pixel_m), EscapeTimes()
+        scores: list[tuple[tuple[str, float], ...]] = []
         for results in trials:
             for episode, turn_rad in _episodes(results):
                 reversals.push(episode, turn_rad)
@@ -112,8 +146,13 @@ class _Observed:
                 escapes.push(event)
             stamps = results.tracks["stamp_ns"]
             escapes.end_trial(int(stamps[-1]) if len(stamps) else 0)
-        only = trials[0].comparison if len(trials) == 1 else None
-        return cls(reversals, escapes, only.scores if only is not None else ())
+            scores.append(() if results.comparison is None else results.comparison.scores)
+        return cls(reversals, escapes, scores[0] if len(scores) == 1 else ())
+
+
+def _pixel_m(results: Results) -> float:
+    chamber = results.chambers[0] if results.chambers else None
+    return 1.0 / chamber.px_per_m if chamber is not None and chamber.px_per_m > 0 else 0.0
 
 
 def _case(

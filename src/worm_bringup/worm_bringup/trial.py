@@ -14,6 +14,7 @@ from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.supervisor import run_in_processes
 from worm_bringup.outputs.results_directory import results_directory
 from worm_bringup.provenance import fingerprint, provenance
+from worm_bringup.trial_picture import keep_picture
 from worm_model.inference.comparison import ModelParameters
 from worm_msgs_py.ros.network import Reach
 from worm_msgs_py.ros.running import finish_despite_signals, stop_on_signals
@@ -181,6 +182,7 @@ def run_trial(
         if not result.complete or result.frames == 0:
             raise Incomplete(result)
         with finish_despite_signals():
+            keep_picture(partial, trial.source.parameters)
             report = write_report(partial)
     if checkpoints is not None:
         checkpoints.remove()

@@ -198,7 +198,7 @@ def test_each_chamber_has_axes_of_its_own(results):
     where[len(where) // 2 :] = "chamber_b"
     both = replace(results, chambers=(CHAMBER, other), tracks={**results.tracks, "where": where})
     figure = trajectories(both).figure
-    assert [axes.get_title() for axes in figure.axes] == ["chamber a", "chamber b"]
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["chamber a", "chamber b"]
     shown = sum(np.isfinite(line(axes, theme.HEAD_COLOUR)[0]).sum() for axes in figure.axes)
     assert shown == np.isfinite(results.tracks["head_x_mm"]).sum()
 

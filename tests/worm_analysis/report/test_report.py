@@ -9,13 +9,20 @@ import sys
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 
+import numpy as np
 import pytest
-from report_trial import record, states, telegraph_walk, without_chamber
+from matplotlib.image import imsave
+from report_trial import CHAMBER, record, states, telegraph_walk, without_chamber
 
-from worm_analysis.report import write_report
+from worm_analysis.report import theme, write_report
+from worm_analysis.report.figures.trial_picture import trial_picture
+from worm_analysis.results import read_results
+from worm_analysis.results.picture import picture_path, read_kept_picture, row_to_show
 from worm_msgs_py import BodyState, Keypoint, Midline, Status
+from worm_msgs_py.errors import ReportError
 
-PAPER = ["fig-1c", "fig-1d", "fig-1e", "fig-2", "fig-3", "fig-7a"]
+PAPER = ["fig-1c", "fig-2", "fig-1d", "fig-1e", "fig-3", "fig-7a"]
+"""As they come: the whole of a short trial against time is among what it begins with."""
 
 
 @pytest.fixture(scope="module")
@@ -69,8 +76,8 @@ def changed_summary(whole, directory, change):
 def test_report_is_one_file_in_the_results_directory(whole, page):
     assert (whole / "report.html").read_text(encoding="utf-8") == page
     assert sorted(item.name for item in whole.iterdir()) == [
-        "contacts.parquet", "passages.parquet", "report.html", "summary.json", "sums.parquet",
-        "tracks.parquet",
+        "contacts.parquet", "figures", "passages.parquet", "report.html", "summary.json",
+        "sums.parquet", "tracks.parquet",
     ]  # fmt: skip
 
 
@@ -115,7 +122,7 @@ def test_every_panel_is_drawn_says_n_and_can_be_read_without_eyes(page, key):
     assert "How to read it" in panel
 
 
-def test_panels_of_the_paper_come_in_its_order(page):
+def test_trajectories_and_times_come_first_then_the_papers_order(page):
     assert sorted(PAPER, key=lambda key: page.index(f'<figure id="{key}"')) == PAPER
 
 
@@ -128,7 +135,7 @@ def test_header_says_what_the_trial_was(whole, page):
     assert f"no worm{summary['frames']['no_worm']}{Status.NO_WORM.reason}" in text
     assert "residual of the circle (px)0.31" in text
     assert "worm-escape 0.1.0" in text
-    assert "contact_factor0.3" in text
+    assert "contact factor0.3" in text
     assert "0" * 64 in text
 
 
@@ -154,6 +161,218 @@ def test_a_number_that_cannot_be_had_says_why(whole, page):
     for name, why in missing.items():
         assert why
         assert why in words(re.search(rf'id="q-{name}".*?</tr>', page)[0])
+
+
+def test_the_page_goes_from_the_trial_to_numbers_figures_details_and_definitions(page):
+    order = ["At a glance", "Five numbers beside the paper’s", "Figures", "Not drawn",
+             "All numbers", "The trial", "Provenance",
+             "Definitions, and how to read the figures"]  # fmt: skip
+    heads = re.findall(r"<h[23][^>]*>(.*?)</h[23]>", page)
+    assert [head for head in heads if head in order] == order
+    glance = page[: page.index(">Figures<")]
+    shown = [f'<figure id="{key}"' in glance for key in ("fig-1c", "fig-2", "fig-1d")]
+    assert shown == [True, True, False]
+
+
+def test_every_drawn_figure_is_explained_in_the_last_section(page):
+    last = page[page.index('<h2 id="definitions"') :]
+    keys = re.findall(r'<figure id="([\w-]+)" class="(?:wide|column)"', page)
+    assert len(keys) >= 8
+    for key in keys:
+        assert f'href="#read-{key}"' in figure(page, key)
+        assert len(words(re.search(rf'<dt id="read-{key}".*?</dd>', last, re.DOTALL)[0])) > 100
+
+
+def test_a_figure_that_is_not_drawn_is_one_line_with_its_reason(page):
+    empty = re.findall(r'<figure id="[\w-]+" class="none">.*?</figure>', page, flags=re.DOTALL)
+    assert empty
+    for line in empty:
+        assert line.count("<p>") == 1
+        assert re.search(r"No figure: \w+.*\.", words(line))
+
+
+def test_five_numbers_have_an_interval_n_and_a_verdict_or_a_reason(whole, page):
+    summary = json.loads((whole / "summary.json").read_text(encoding="utf-8"))["quantities"]
+    table = re.search(r'<table class="numbers headline">.*?</table>', page, re.DOTALL)[0]
+    found = rows(table)
+    assert [row[0] for row in found] == ["⟨dc⟩", "⟨dnc⟩", "vw", "tper", "success"]
+    told = {row[0]: row for row in found}
+    d_c = summary["d_c"]
+    assert told["⟨dc⟩"][5] == f"{d_c['n']} complete contacts"
+    is_in = d_c["low"] <= 1.95 <= d_c["high"]
+    assert ("agrees with the paper" in told["⟨dc⟩"][7]) == is_in
+    assert summary["success"]["why"] in " ".join(told["success"])
+    assert told["success"][-1] == "no verdict"
+
+
+RAW_KEY = re.compile(r"\b[a-z]+(?:_[a-z0-9.]+)+\b")
+
+
+def labels(page):
+    """Return all that a page says: its text, and what a screen reader reads of its figures."""
+    spoken = re.findall(r'(?:aria-label|title|alt)="([^"]*)"', page)
+    text = re.sub(r"<style>.*?</style>|<svg.*?</svg>", " ", page, flags=re.DOTALL)
+    return " ".join([re.sub(r"<[^>]*>", " ", text), *spoken])
+
+
+def test_no_raw_key_is_on_the_page(page, page_without_chamber):
+    for text in (page, page_without_chamber):
+        assert RAW_KEY.findall(labels(text)) == ["image_raw"]  # the name of a topic
+
+
+def test_each_drawn_figure_is_there_as_svg_and_pdf_that_says_its_source(whole, page):
+    drawn = set(re.findall(r'<figure id="([\w-]+)" class="(?:wide|column)"', page))
+    files = {item.name for item in (whole / "figures").iterdir()}
+    assert files == {f"{key}.{kind}" for key in drawn for kind in ("svg", "pdf")}
+    for key in drawn:
+        svg = (whole / "figures" / f"{key}.svg").read_text(encoding="utf-8")
+        assert ET.fromstring(svg).tag.endswith("svg")
+        assert f"walker (SHA-256 {'0' * 64})" in svg
+        assert (whole / "figures" / f"{key}.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_figure_that_is_not_drawn_any_more_leaves_no_file(whole, tmp_path):
+    def drop(summary):
+        summary["correlation"] = None
+
+    directory = changed_summary(whole, tmp_path / "less", drop)
+    assert (directory / "figures" / "fig-7a.pdf").exists()
+    (directory / "figures" / "mine.txt").write_text("not ours")
+    report_of(directory)
+    assert not list((directory / "figures").glob("fig-7a.*"))
+    assert (directory / "figures" / "mine.txt").exists()
+
+
+def with_quantity(whole, directory, **values):
+    """Return a copy of a trial in which the numbers are others."""
+
+    def change(summary):
+        for name, (value, low, high) in values.items():
+            summary["quantities"][name] |= {"value": value, "low": low, "high": high, "n": 99}
+
+    return report_of(changed_summary(whole, directory, change))
+
+
+def test_a_rejected_exponential_says_so(whole, tmp_path):
+    said = "an exponential law is rejected (Anderson and Darling’s test, p = 0.002, n = 99)"
+    bad = with_quantity(whole, tmp_path / "bad", d_c_exponential_p=(0.002, None, None))
+    assert said in words(figure(bad, "fig-3"))
+    assert said in words(re.search(r"numbers headline.*?</table>", bad, re.DOTALL)[0])
+    good = with_quantity(whole, tmp_path / "good", d_c_exponential_p=(0.2, None, None))
+    assert "⟨dc⟩: an exponential law" not in words(good)
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "r", "said"),
+    [
+        ("fig-4b", "theta_dot_incidence_correlation", (0.85, 0.8, 0.9),
+         "finds no correlation; here there is one, r = 0.850 [0.800 … 0.900]"),
+        ("fig-4b", "theta_dot_incidence_correlation", (0.05, -0.1, 0.2), ""),
+        ("fig-4a", "theta_dot_psi_b_correlation", (0.05, -0.1, 0.2), "cannot be said here"),
+        ("fig-4a", "theta_dot_psi_b_correlation", (0.85, 0.8, 0.9), ""),
+    ],
+)  # fmt: skip
+def test_a_correlation_that_is_not_the_papers_says_so(whole, tmp_path, key, name, r, said):
+    panel = figure(with_quantity(whole, tmp_path / "other", **{name: r}), key)
+    if "<svg" not in panel:
+        pytest.fail(f"{key} is not drawn")
+    assert said in words(panel)
+    assert ("Does not fit" in words(panel)) or 'class="wrong"' in panel or not said
+    assert ('class="wrong"' in panel) == bool(said)
+
+
+def test_a_decay_that_is_no_exponential_is_told_with_the_time_to_one_e(whole, tmp_path):
+    page = with_quantity(
+        whole, tmp_path / "beetle", t_per=(9.5, 8.0, 11.0), t_1e=(19.9, 15.0, 26.0),
+        t_1e_over_t_per=(2.09, 1.6, 2.7),
+    )  # fmt: skip
+    said = "the fit decays in 9.5 [8.0 … 11.0] s but the curve falls to 1/e at 19.9 [15.0 … 26.0] s"
+    assert said in words(figure(page, "fig-7a"))
+    assert said in words(re.search(r"numbers headline.*?</table>", page, re.DOTALL)[0])
+    page = with_quantity(whole, tmp_path / "one", t_1e_over_t_per=(1.1, 0.9, 1.3))
+    assert "is not one exponential" not in words(page)
+
+
+@pytest.fixture(scope="module")
+def pictured(whole, tmp_path_factory):
+    """The same trial with one of its pictures kept."""
+    directory = tmp_path_factory.mktemp("pictured") / "trial"
+    shutil.copytree(whole, directory)
+    results = read_results(directory)
+    row = row_to_show(results)
+    grey = np.random.default_rng(0).integers(0, 255, (1024, 1024), dtype=np.uint8)
+    imsave(picture_path(directory, int(results.tracks["frame"][row])), grey, cmap="gray")
+    return directory, row
+
+
+def test_the_report_opens_with_a_picture_of_the_trial(pictured):
+    directory, row = pictured
+    page = report_of(directory)
+    keys = re.findall(r'<figure id="([\w-]+)"', page)
+    assert keys[:3] == ["fig-frame", "fig-1c", "fig-2"]
+    panel = figure(page, "fig-frame")
+    assert panel.count("data:image/png;base64,") == 2, "the chamber, and the worm enlarged"
+    assert f"frame {row}, at " in words(panel).replace("\xa0", " ")
+    outside = [ref for ref in re.findall(r'href="([^"]+)', page) if not ref.startswith("#")]
+    assert all(ref.startswith("data:image/png;base64,") for ref in outside)
+
+
+def test_the_picture_has_wall_exit_midline_and_the_three_points_where_they_were_found(pictured):
+    directory, row = pictured
+    results = read_results(directory)
+    with theme.style():
+        whole_view, close = trial_picture(
+            results, read_kept_picture(directory, results)
+        ).figure.axes[:2]
+    for axes in (whole_view, close):
+        (wall,) = axes.patches
+        assert wall.width == pytest.approx(2 * CHAMBER.radius_px)
+        assert wall.center == pytest.approx((CHAMBER.centre_u_px, CHAMBER.centre_v_px))
+        assert wall.angle == pytest.approx(-147.0)
+        points = {
+            line.get_color(): (line.get_xdata()[0], line.get_ydata()[0])
+            for line in axes.lines
+            if len(line.get_xdata()) == 1
+        }
+        for point, colour in theme.COLOURS.items():
+            place = [results.tracks[f"{point}_{axis}_px"][row] for axis in "uv"]
+            assert points[colour] == pytest.approx(place)
+        (midline,) = [line for line in axes.lines if len(line.get_xdata()) > 2]
+        head = [results.tracks[f"head_{axis}_px"][row] for axis in "uv"]
+        assert (midline.get_xdata()[0], midline.get_ydata()[0]) == pytest.approx(head, abs=0.01)
+
+
+def test_the_frame_shown_is_at_the_wall_with_a_certain_head_and_a_whole_body(whole):
+    results = read_results(whole)
+    row = row_to_show(results)
+    tracks = results.tracks
+    assert tracks["contact"][row] == 1.0
+    trusted = np.where(tracks["contact"] == 1.0, tracks["confidence"], 0.0)
+    trusted[::2] = 0.5
+    doubtful = tracks["head_certainty"].copy()
+    doubtful[: len(doubtful) // 2] = 0.6
+    other = replace(results, tracks=tracks | {"confidence": trusted, "head_certainty": doubtful})
+    chosen = row_to_show(other)
+    assert chosen % 2 == 1
+    assert chosen >= len(doubtful) // 2
+    nothing = replace(
+        results, tracks=tracks | {"status": np.full(len(doubtful), "no_worm", dtype=object)}
+    )
+    assert row_to_show(nothing) is None
+
+
+def test_without_a_picture_one_line_says_why(page):
+    panel = figure(page, "fig-frame")
+    assert "<svg" not in panel
+    assert "no picture is kept beside these tracks" in words(panel)
+
+
+def test_a_picture_of_another_trial_is_refused(pictured, tmp_path):
+    directory = tmp_path / "other"
+    shutil.copytree(pictured[0], directory)
+    next(directory.glob("frame_*.png")).rename(directory / "frame_999999.png")
+    with pytest.raises(ReportError, match="is no picture of this trial"):
+        write_report(directory)
 
 
 def test_without_a_chamber_the_picture_is_shown_and_the_rest_says_so(page_without_chamber):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from worm_analysis.statistics.penetration_law import fit_penetration
+from worm_analysis.statistics.penetration_law import fit_penetration, penetration_p
 
 NS = 10**9
 
@@ -60,3 +60,22 @@ def test_the_decay_of_failures_is_the_maximum_of_the_likelihood():
     for end in found.beta[1:]:
         profile = max(log_likelihood(end, s) for s in np.linspace(0, 0.9, 2000))
         assert best - profile == pytest.approx(1.92, abs=0.05)
+
+
+def p_of(x, bin_mm=0.1):
+    edges = np.arange(np.ceil(x.max() / bin_mm) + 1) * bin_mm
+    counts = np.histogram(x, edges)[0]
+    return penetration_p(edges, counts, fit_penetration(edges, counts))
+
+
+def test_depths_of_the_law_are_seldom_rejected_and_others_are():
+    rng = np.random.default_rng(11)
+    own = [p_of(depths(rng, 150, 0.2)) for _ in range(60)]
+    assert np.mean(np.array(own) < 0.05) < 0.17  # at 5 %, more happens once in two thousand times
+    assert np.mean(np.array(own) < 0.5) > 0.3
+    for other in (np.abs(rng.normal(4, 1, 150)), rng.choice([1.0, 5.0], 150) + rng.random(150)):
+        assert p_of(other) < 1e-3
+
+
+def test_too_few_failures_test_no_law():
+    assert np.isnan(p_of(depths(np.random.default_rng(12), 19, 0.1)))

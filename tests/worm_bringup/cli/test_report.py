@@ -12,6 +12,7 @@ import pytest
 from escaped_trials import escaped_trial
 from escaping_worm import Worm
 
+from worm_analysis.report.symbols import html_symbol
 from worm_bringup.cli.app import main
 
 FIGURES = [
@@ -81,8 +82,10 @@ def test_the_page_needs_no_network_and_every_reference_is_resolved(page):
 def test_each_drawn_figure_is_there_as_svg_and_pdf_with_its_sources(pooled, page):
     drawn = {key for key in FIGURES if "<svg" in figure(page, key)}
     assert len(drawn) >= 12
+    others = {f"fig-joint-W{width}" for width in (1, 3)} | {"fig-sensitivity"}
+    assert all("<svg" in figure(page, key) for key in others)
     names = {item.name for item in (pooled / "figures").iterdir()}
-    assert names == {f"{key}.{kind}" for key in drawn for kind in ("svg", "pdf")}
+    assert names == {f"{key}.{kind}" for key in drawn | others for kind in ("svg", "pdf")}
     for key in drawn:
         svg = (pooled / "figures" / f"{key}.svg").read_text(encoding="utf-8")
         assert ET.fromstring(svg).tag.endswith("svg")
@@ -141,6 +144,48 @@ def test_the_walk_of_the_paper_takes_longer_to_find_a_narrower_exit(pooled):
     assert all(a >= b for a, b in pairwise(tau))
     assert all(a >= b for a, b in pairwise(skips))
     assert all(float(row["low"]) < float(row["value"]) < float(row["high"]) for row in curve)
+
+
+def test_a_pool_opens_with_five_numbers_their_verdicts_and_the_joint_question(pooled, page):
+    glance = page[: page.index(">Figures<")]
+    summary = json.loads((pooled / "summary.json").read_text(encoding="utf-8"))["quantities"]
+    for name in ("d_c", "d_nc", "v_w", "t_per", "success"):
+        found = summary[name]
+        inside = found["low"] <= found["paper"] <= found["high"]
+        (row,) = [row for row in re.findall(r"<tr>.*?</tr>", glance) if html_symbol(name) in row]
+        assert ("agrees with the paper" in row) == inside
+    for width in ("1", "3"):
+        assert f"One boundary walk and <i>W</i> = {width} mm: reversals per cycle at" in glance
+
+
+def test_numbers_that_a_pool_has_not_are_counted(pooled, page):
+    summary = json.loads((pooled / "summary.json").read_text(encoding="utf-8"))
+    missing = sum(entry["value"] is None for entry in summary["quantities"].values())
+    assert f"{missing} of {len(summary['quantities'])} numbers have no value" in page
+    cells = [
+        entry["value"] is None
+        for numbers in summary["by_width"].values()
+        for name, entry in numbers.items()
+        if "_at_" not in name
+    ]
+    assert f"{sum(cells)} of {len(cells)} cells have no value (a dash)" in page
+
+
+def test_no_raw_key_is_on_a_pools_page(page):
+    text = re.sub(r"<style>.*?</style>|<svg.*?</svg>", " ", page, flags=re.DOTALL)
+    spoken = re.findall(r'(?:aria-label|title)="([^"]*)"', page)
+    said = " ".join([re.sub(r"<[^>]*>", " ", text), *spoken])
+    assert re.findall(r"\b[a-z]+(?:_[a-z0-9.]+)+\b", said) == []
+
+
+def test_c_theta_has_a_band_of_95_percent_intervals(pooled):
+    curve = rows(pooled / "tables" / "fig-7a.csv")
+    low, c, high = (
+        [float(row[name] or "nan") for row in curve] for name in ("low", "C_theta", "high")
+    )
+    told = [(a, b, d) for a, b, d in zip(low, c, high, strict=True) if a == a]
+    assert len(told) > len(curve) / 2
+    assert all(a < b < d or a == b == d == 1.0 for a, b, d in told)
 
 
 def test_one_trial_has_its_own_reports_content_too(trials, tmp_path, monkeypatch, capsys):

@@ -133,12 +133,16 @@ class Pool:
     @cached_property
     def numbers(self) -> dict[str, Pooled]:
         """Every number by name; one that cannot be had has a reason."""
-        rules = [
+        return {item.name: self._number(item) for item in definitions(self.rules)}
+
+    @property
+    def rules(self) -> list[str]:
+        """The labels of the other rules of contact that all trials have sums under."""
+        return [
             name.removeprefix(RULE)
             for name in self.trials[0].sums
             if name.startswith(RULE) and all(name in trial.sums for trial in self.trials)
         ]
-        return {item.name: self._number(item) for item in definitions(rules)}
 
     def _number(self, definition: Definition) -> Pooled:
         quantity, name = definition.of(self.sums), definition.sums

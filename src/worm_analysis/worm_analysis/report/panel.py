@@ -29,6 +29,8 @@ class Panel:
         None where there is not enough data.
     why : str
         Why there is no figure.
+    wrong : tuple of str
+        What does not fit, in a law that is drawn or beside the paper. HTML.
     alt : str
         The figure in words.
     label : str
@@ -44,6 +46,7 @@ class Panel:
     reading: str
     figure: Any = None
     why: str = ""
+    wrong: tuple[str, ...] = ()
     alt: str = ""
     label: str = ""
     tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)

@@ -6,21 +6,29 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.csv as pa_csv
-from markupsafe import Markup
-
 from worm_analysis.pooling import Pool, Pooled, WalkPrediction, pooled_trial
 from worm_analysis.report.examples import Indices, candidates
-from worm_analysis.report.report import source_name, templates, trial_context
+from worm_analysis.report.figure_files import (
+    FIGURES_FOLDER,
+    Drawn,
+    drawn_panels,
+    source_name,
+    write_csv,
+    write_tables,
+)
+from worm_analysis.report.report import counted_missing, templates, trial_context
 from worm_analysis.report.symbols import under_rule
+from worm_analysis.report.verdicts import headlines
 from worm_analysis.results import Results, read_results
+from worm_analysis.results.picture import read_kept_picture
+from worm_msgs_py import Comparison
 from worm_msgs_py.errors import RUN_AGAIN, ReportError
 from worm_msgs_py.files.whole_files import whole_file
 
 EXAMPLES = 3
-BESIDE_IN_POOL = ("fig-1c", "fig-4c", "fig-8", "fig-model")
 Walks = Callable[[Pool], tuple[WalkPrediction, ...]]
+Compare = Callable[[Pool, Sequence[Path]], Mapping[float, Comparison]]
+"""From the pool and its trials' directories to the walk beside the trials of each W."""
 POOL_REMEDY = "run those trials again, or leave them out of the list"
 
 
@@ -37,6 +45,7 @@ def write_pooled_report(
     directories: Sequence[Path],
     out: Path,
     walks: Walks = lambda pool: (),
+    compare: Compare = lambda pool, directories: {},
     software: Mapping[str, str] | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Path:
@@ -50,8 +59,8 @@ def write_pooled_report(
         Results directories, one or more.
     out : Path
         Where ``report.html``, ``summary.json``, ``figures/`` and ``tables/`` are written.
-    walks : callable
-        Gives what the boundary walk predicts for the pool.
+    walks, compare : callable
+        Give what the boundary walk predicts for the pool, and the walk beside the trials of each W.
     software, progress : mapping, callable
         Name and version, for the provenance; given the trials that were read and how many.
 
@@ -70,41 +79,35 @@ def write_pooled_report(
     # Drawing is slow to import, and most users of this package draw nothing.
     from worm_analysis.report.report_data import of_pool
 
-    data = of_pool(pool, walks(pool))
+    data = of_pool(pool, walks(pool), compare(pool, directories))
     single = read_results(directories[0]) if len(directories) == 1 else None
     document = _document(data, software or {})
-    drawn = [
-        _write_panel(panel, out, document["provenance"]) for panel in _panels(data, shown, single)
-    ]
-    _write_numbers(data, out / "tables")
-    path = out / "report.html"
-    path.write_text(_render(data, drawn, single, document), encoding="utf-8", newline="\n")
+    opening, panels = _panels(data, shown, single, directories[0])
+    drawn = drawn_panels([*opening, *panels], out / FIGURES_FOLDER, document["provenance"])
+    _write_tables(data, drawn, out / "tables")
+    page, path = _render(data, drawn, len(opening), single, document), out / "report.html"
+    path.write_text(page, encoding="utf-8", newline="\n")
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
     with whole_file(out / "summary.json") as unfinished:  # last: where it is, all is
         unfinished.write_text(text + "\n", encoding="utf-8")
     return path
 
 
-def _panels(data: Any, shown: list[_Candidate], single: Results | None) -> list[Any]:
-    from worm_analysis.report.panels import pooled_panels, single_panels
+def _panels(
+    data: Any, shown: list[_Candidate], single: Results | None, directory: Path
+) -> tuple[list[Any], list[Any]]:
+    """Return the panels that open the page, and the others."""
+    from worm_analysis.report.panels import opening_panels, pooled_panels, single_panels
     from worm_analysis.report.theme import style
 
     with style():
         panels = pooled_panels(data, _examples(shown))
-        return panels if single is None else panels + single_panels(single)
-
-
-def _write_panel(panel: Any, out: Path, provenance: Mapping[str, Any]) -> tuple[Any, str, str]:
-    """Write a panel's figure and tables; return it with its figure as SVG."""
-    from worm_analysis.report.theme import style, to_svg
-
-    with style():
-        svg = Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else ""
-        if panel.figure:  # it has found its layout, which takes longer than drawing it again
-            panel.figure.set_layout_engine("none")
-        _write_figure(panel, out / "figures", provenance)
-    _write_tables(panel, out / "tables")
-    return panel, svg, Markup(panel.reading)
+        if single is None:
+            return [], panels
+        opening = opening_panels(single, read_kept_picture(directory, single))
+        there = {panel.key for panel in opening}
+        others = [panel for panel in panels + single_panels(single) if panel.key not in there]
+        return opening, others
 
 
 def _read(
@@ -205,47 +208,10 @@ def _finite(value: float) -> float | None:
     return value if value == value else None
 
 
-def _write_figure(panel: Any, folder: Path, provenance: Mapping[str, Any]) -> None:
-    """Write a figure as SVG and PDF, each with its sources; the bytes depend on the data alone."""
-    if panel.figure is None:
-        return
-    folder.mkdir(exist_ok=True)
-    made_by = f"{provenance.get('software', '')} {provenance.get('version', '')}".strip()
-    sources = "; ".join(_source(trial) for trial in provenance["trials"])
-    said = f"{panel.n}. {panel.alt} Trials: {sources}".replace("\u00a0", " ")
-    panel.figure.savefig(
-        folder / f"{panel.key}.svg",
-        metadata={"Title": panel.title, "Description": said, "Creator": made_by, "Date": None},
-    )
-    panel.figure.savefig(
-        folder / f"{panel.key}.pdf",
-        metadata={
-            "Title": panel.title, "Subject": said, "Creator": made_by, "CreationDate": None,
-        },
-    )  # fmt: skip
-
-
-def _source(trial: Mapping[str, Any]) -> str:
-    source = trial["source"] or {}
-    name = source_name({"source": source})
-    return f"{name} (SHA-256 {source['sha256']})" if source.get("sha256") else name
-
-
-def _write_tables(panel: Any, folder: Path) -> None:
-    folder.mkdir(exist_ok=True)
-    for name, columns in panel.tables.items():
-        if columns:
-            write_csv(folder / f"{'-'.join(filter(None, (panel.key, name)))}.csv", columns)
-
-
-def write_csv(path: Path, columns: Mapping[str, Any]) -> None:
-    """Write columns of equal length; what is not known is an empty cell."""
-    arrays = {name: pa.array(values, from_pandas=True) for name, values in columns.items()}
-    pa_csv.write_csv(pa.table(arrays), path)
-
-
-def _write_numbers(data: Any, folder: Path) -> None:
-    """Write every number of every W, and the list of trials."""
+def _write_tables(data: Any, drawn: list[Drawn], folder: Path) -> None:
+    """Write what each figure shows, every number of every W, and the list of trials."""
+    for panel, _ in drawn:
+        write_tables(panel, folder)
     rows = [("all", found) for found in data.pool.numbers.values()]
     for part, numbers in data.by_width:
         rows += [(f"{part.width_mm:g}", found) for found in numbers.values()]
@@ -270,33 +236,47 @@ def _write_numbers(data: Any, folder: Path) -> None:
 
 
 def _render(
-    data: Any, panels: list[Any], single: Results | None, document: Mapping[str, Any]
+    data: Any, drawn: list[Drawn], opening: int, single: Results | None, document: Mapping[str, Any]
 ) -> str:
+    from worm_analysis.report.figures.joint_question import answers_in_words
+
     pool = data.pool
-    names = list(pool.numbers)
+    shown = [name for name in pool.numbers if not under_rule(name)[1]]
+    rows = [[numbers[name] for _, numbers in data.by_width] for name in shown]
     context = {} if single is None else trial_context(single)
     return templates().get_template("pooled.html.j2").render(
-        **{"units": {"1": "", "deg": "°"}, **context},
+        **context,
         single=single,
         title=_title(pool),
         pool=pool,
         widths=[part.width_mm for part, _ in data.by_width],
         everything=list(pool.numbers.values()),
-        by_width=[
-            [numbers[name] for _, numbers in data.by_width]
-            for name in names
-            if not under_rule(name)[1]
-        ],
+        headlines=headlines(data.quantity),
+        counted_missing=counted_missing([found.quantity for found in pool.numbers.values()]),
+        joint=answers_in_words(data),
+        by_width=rows,
+        missing_by_width=_missing(rows),
         walks=data.walks,
         interval_text=data.interval_text,
         settings=differing_settings(pool),
         grouped=list(zip(pool.trials, pool.widths_mm, strict=True)),
-        panels=panels,
-        beside=BESIDE_IN_POOL,
+        opening=drawn[:opening],
+        panels=drawn[opening:],
         provenance=document["provenance"],
         hours=sum(trial.seconds for trial in pool.trials) / 3600,
         frames_in_all=sum(trial.frames for trial in pool.trials),
     )  # fmt: skip
+
+
+def _missing(rows: Sequence[Sequence[Pooled]]) -> str:
+    """Say how many cells of the table by width have no value."""
+    cells = [found.quantity.value is None for row in rows for found in row]
+    if not any(cells):
+        return "Every cell has a value."
+    return (
+        f"{sum(cells)} of {len(cells)} cells have no value (a dash); tables/numbers.csv has each "
+        "with its reason."
+    )
 
 
 def _title(pool: Pool) -> str:

@@ -1,6 +1,6 @@
 """Writes `report.html`: one file that shows a trial's numbers and figures without any network."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import degrees
 from pathlib import Path
 from typing import Any
@@ -9,10 +9,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from worm_analysis.report import numbers, symbols
+from worm_analysis.report.figure_files import FIGURES_FOLDER, drawn_panels, source_name
 from worm_analysis.report.panel import thousands
+from worm_analysis.report.verdicts import REJECTED, headlines
 from worm_analysis.results import Results, read_results
-from worm_analysis.summary.definition import NO_CHAMBER
-from worm_msgs_py import Status
+from worm_analysis.results.picture import TrialPicture, read_kept_picture
+from worm_msgs_py import Quantity, Status
 from worm_msgs_py.contract.source_events import in_words
 from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.text import printable
@@ -28,12 +30,8 @@ SOURCES = {
 }
 
 
-BESIDE = ("fig-1c", "fig-4c", "fig-7b", "fig-model")
-"""Figures that are narrow and stand beside their caption."""
-
-
 def write_report(results_dir: Path) -> Path:
-    """Write `report.html` into a results directory.
+    """Write `report.html` and `figures/` into a results directory.
 
     The bytes depend on the results alone.
 
@@ -54,28 +52,22 @@ def write_report(results_dir: Path) -> Path:
         Where a file is missing, damaged, incomplete or lacks a column.
     """
     results = read_results(results_dir)
-    html = render(results)
+    html = render(results, read_kept_picture(results_dir, results), results_dir / FIGURES_FOLDER)
     path = results_dir / "report.html"
     with whole_file(path) as unfinished:
         unfinished.write_text(html, encoding="utf-8", newline="\n")
     return path
 
 
-def render(results: Results) -> str:
-    """Return the report's HTML."""
+def render(results: Results, picture: TrialPicture | None, figures: Path) -> str:
+    """Return the report's HTML; write its figures as SVG and PDF into a folder."""
     # Drawing is slow to import, and most users of this package draw nothing.
-    from worm_analysis.report.panels import all_panels
-    from worm_analysis.report.theme import style, to_svg
+    from worm_analysis.report.panels import opening_panels, trial_panels
+    from worm_analysis.report.theme import style
 
     with style():
-        panels = [
-            (
-                panel,
-                Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else "",
-                Markup(panel.reading),  # ours; what a trial is called in it is escaped
-            )
-            for panel in all_panels(results)
-        ]
+        opening, panels = opening_panels(results, picture), trial_panels(results)
+    drawn = drawn_panels([*opening, *panels], figures, _figure_provenance(results.provenance))
     return (
         templates()
         .get_template("report.html.j2")
@@ -84,11 +76,27 @@ def render(results: Results) -> str:
             name=source_name(results.provenance),
             source=_source(results.provenance),
             parameters=results.provenance.get("parameters") or {},
-            panels=panels,
-            no_chamber=NO_CHAMBER,
-            beside=BESIDE,
+            opening=drawn[: len(opening)],
+            panels=drawn[len(opening) :],
+            headlines=headlines(results.quantity),
+            counted_missing=counted_missing(results.quantities),
         )
     )
+
+
+def counted_missing(quantities: Sequence[Quantity]) -> str:
+    """Say how many of the numbers have no value."""
+    missing = sum(quantity.value is None for quantity in quantities)
+    if not missing:
+        return f"All of the {len(quantities)} numbers have a value."
+    return (
+        f"{missing} of {len(quantities)} numbers have no value: they are in the last lines of the "
+        "table, a line a reason."
+    )
+
+
+def _figure_provenance(provenance: Mapping[str, Any]) -> dict[str, Any]:
+    return {**provenance, "trials": [{"source": provenance.get("source")}]}
 
 
 def templates() -> Environment:
@@ -103,6 +111,12 @@ def templates() -> Environment:
     )
     for name in ("html_symbol", "meaning"):
         found.filters[name] = _as_markup(getattr(symbols, name))
+    found.filters["markup"] = Markup  # ours; what a trial is called in it is escaped
+    found.filters["rule"] = lambda name: symbols.under_rule(name)[1]
+    found.filters["setting_in_words"] = symbols.setting_in_words
+    found.filters["choice_in_words"] = symbols.choice_in_words
+    found.globals["rejected"] = REJECTED
+    found.globals["units"] = symbols.UNITS
     for function in (
         numbers.value,
         numbers.interval,
@@ -133,7 +147,6 @@ def trial_context(results: Results) -> dict[str, Any]:
     return {
         "results": results,
         "degrees": degrees,
-        "units": symbols.UNITS,
         "frames": frame_counts(results),
         "seconds": float(results.t_s[-1]) if len(results.t_s) else 0.0,
         "frame_rate": _frame_rate(results),
@@ -145,15 +158,6 @@ def trial_context(results: Results) -> dict[str, Any]:
         "verdicts": verdict_in_words(rows),
         "walk": parameters_written(results),
     }
-
-
-def source_name(provenance: Mapping[str, Any]) -> str:
-    """Return what a trial is called: the name of its bag or camera."""
-    source = provenance.get("source") or {}
-    for key in ("bag", "table", "camera", "name"):
-        if source.get(key):
-            return printable(source[key])
-    return "unnamed trial"
 
 
 def frame_counts(results: Results) -> list[tuple[str, int, str]]:
@@ -173,7 +177,9 @@ def frame_counts(results: Results) -> list[tuple[str, int, str]]:
 def _source(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:
     source = provenance.get("source") or {}
     return [
-        (SOURCES.get(key, key), str(value)) for key, value in source.items() if value is not None
+        (SOURCES.get(key) or symbols.setting_in_words(key), str(value))
+        for key, value in source.items()
+        if value is not None
     ]
 
 

@@ -1,7 +1,7 @@
 """What the panels are drawn from: the sums of one trial, or of several that are pooled."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from worm_analysis.pooling import Pool, Pooled, WalkPrediction, pooled_trial
 from worm_analysis.pooling.pool import BY_TRIALS, WITHIN_TRIALS
@@ -9,7 +9,7 @@ from worm_analysis.report.panel import counted, number_of
 from worm_analysis.results import Results
 from worm_analysis.statistics.block_jackknife import FEWEST_TRIALS
 from worm_analysis.summary.direction_persistence import correlation
-from worm_msgs_py import Correlation, Quantity
+from worm_msgs_py import Comparison, Correlation, Quantity
 
 BY_TRIALS_TEXT = (
     "95 % intervals come from leaving out blocks of time and whole trials in turn: they allow for "
@@ -35,6 +35,8 @@ class ReportData:
         C_θ(t).
     walks : tuple of WalkPrediction
         What the boundary walk predicts; empty where it was not asked.
+    comparisons : mapping of float to Comparison
+        The walk beside the trials of each W.
     walk_correlation : Correlation or None
         C_θ of the walk with a single trial's parameters.
     several : bool
@@ -45,6 +47,7 @@ class ReportData:
     quantity: Callable[[str], Quantity]
     correlation: Correlation | None = None
     walks: tuple[WalkPrediction, ...] = ()
+    comparisons: Mapping[float, Comparison] = field(default_factory=dict)
     walk_correlation: Correlation | None = None
     several: bool = False
 
@@ -88,7 +91,11 @@ def of_trial(results: Results) -> ReportData:
     )
 
 
-def of_pool(pool: Pool, walks: tuple[WalkPrediction, ...] = ()) -> ReportData:
+def of_pool(
+    pool: Pool,
+    walks: tuple[WalkPrediction, ...] = (),
+    comparisons: Mapping[float, Comparison] | None = None,
+) -> ReportData:
     """Return what is data of several trials."""
 
     def quantity(name: str) -> Quantity:
@@ -99,4 +106,5 @@ def of_pool(pool: Pool, walks: tuple[WalkPrediction, ...] = ()) -> ReportData:
     c_theta = None
     if sums.has("c_theta"):
         c_theta = correlation(sums.units("c_theta"), sums.lag_s, quantity("t_per").value)
-    return ReportData(pool, quantity, correlation=c_theta, walks=walks, several=True)
+    return ReportData(pool, quantity, correlation=c_theta, walks=walks,
+                      comparisons=comparisons or {}, several=True)  # fmt: skip

@@ -1,7 +1,7 @@
 """The symbol and the meaning of each quantity, for people: the table's own, and the model's."""
 
 import re
-from html import escape
+from html import escape, unescape
 
 from worm_analysis.summary.quantities import DEFINITIONS
 
@@ -20,11 +20,18 @@ SYMBOLS: dict[str, tuple[str, str, str]] = {
 """HTML, matplotlib's own markup, and meaning (HTML)."""
 
 UNITS = {"1": "", "deg": "°"}
+IN_NAMES = {"m": "m", "mm": "mm", "px": "px", "s": "s", "rad": "rad", "deg": "°", "mib": "MiB"}
+"""Units as names of settings end in them."""
 
 
 def html_symbol(name: str) -> str:
-    """Return a quantity's symbol as HTML; its name where it has none."""
-    return _of(name, 0, name)
+    """Return a quantity's symbol as HTML; its name in words where it has none."""
+    return _of(name, 0, name.replace("_", " "))
+
+
+def spoken(name: str) -> str:
+    """Return a quantity's symbol as text without markup, for a screen reader."""
+    return unescape(re.sub(r"<[^>]*>", "", html_symbol(name)))
 
 
 def plain_symbol(name: str) -> str:
@@ -49,10 +56,27 @@ def under_rule(name: str) -> tuple[str, str]:
     return (own, rule) if own in SYMBOLS else (name, "")
 
 
+def setting_in_words(key: str) -> str:
+    """Return the name of a setting in words: ``max_bridged_s`` is ``max bridged (s)``."""
+    *words, last = key.split("_")
+    unit = IN_NAMES.get(last) if words else None
+    return " ".join(words) + f" ({unit})" if unit else key.replace("_", " ")
+
+
+def choice_in_words(choice: object) -> str:
+    """Return what a setting is set to, in words: a symbol for a quantity, ``per cycle``."""
+    text = "not set" if choice is None else str(choice)
+    if text in SYMBOLS:
+        return spoken(text)
+    return text.replace("_", " ") if re.fullmatch(r"[a-z]+(_[a-z]+)+", text) else text
+
+
 def _of(name: str, column: int, other: str) -> str:
     own, rule = under_rule(name)
     if own not in SYMBOLS:
         return other
+    if column == 0 and rule:
+        return f"{SYMBOLS[own][0]} ({escape(rule)})"
     if column == 2 and rule:
         return f"{SYMBOLS[own][2]}, with {escape(rule)}"
     return SYMBOLS[own][column]

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.stats import chisquare
 
 from worm_msgs_py.arrays import Floats, Integers, Mask
 from worm_msgs_py.intervals import Interval
@@ -12,6 +13,8 @@ CRITICAL = 1.9207
 """Fall of the log likelihood at the ends of a 95 % interval: half of χ²'s quantile."""
 MOST_SHARE = 0.5
 """The decay is the larger part: else it is some narrow heap of depths that is fitted by it."""
+FEWEST_EXPECTED, MOST_GROUPS = 5, 20
+"""Failures that a group of bins must hold by the law to be tested, and groups at most."""
 COARSE = (48, 21)
 FINE = (49, 49)
 
@@ -78,6 +81,35 @@ def fit_penetration(edges: Floats, counts: Integers) -> Penetration:
             of_share[1] / span,
         ),
     )
+
+
+def penetration_p(edges: Floats, counts: Integers, fit: Penetration) -> float:
+    """Return the probability of a fit as bad as this one, were F(x_p) the law of the depths.
+
+    Pearson's χ² over groups of bins that the law fills alike, with two parameters fitted.
+
+    Parameters
+    ----------
+    edges, counts, fit
+        As `fit_penetration` took them, and what it gave.
+
+    Returns
+    -------
+    float
+        NaN where there are too few failures to test two parameters.
+    """
+    n = int(counts.sum())
+    groups = min(MOST_GROUPS, n // FEWEST_EXPECTED)
+    if groups < 4:
+        return float("nan")
+    x = edges - edges[0]
+    beta = fit.beta[0]
+    law = -fit.alpha[0] / beta * np.expm1(-beta * x) + fit.const[0] * x
+    expected = np.diff(law) / law[-1] * n
+    group = np.minimum((groups * (law[1:] + law[:-1]) / 2 / law[-1]).astype(int), groups - 1)
+    wanted, seen = (np.bincount(group, values, groups) for values in (expected, counts))
+    filled = wanted > 0
+    return float(chisquare(seen[filled], wanted[filled], ddof=2).pvalue)
 
 
 class _Chances:

@@ -9,6 +9,7 @@ import typer
 from worm_analysis.report import write_pooled_report, write_report
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.terminal import say
+from worm_bringup.model_comparisons import compare_pool
 from worm_bringup.outputs.earlier_result import POOLED, SOFTWARE
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out, results_directory
@@ -44,5 +45,5 @@ def report(
     check_out(out, POOLED)
     software = {"software": SOFTWARE, "version": version("worm-escape")}
     with results_directory(out, POOLED) as partial, progress_bar(out.name) as progress:
-        path = write_pooled_report(results, partial, pooled_walks, software, progress)
+        path = write_pooled_report(results, partial, pooled_walks, compare_pool, software, progress)
     say(f"Report: {out / path.name}")

@@ -27,16 +27,16 @@ class ResultKind:
     folders: frozenset[str]
 
 
-_UNFINISHED = r"|\.(summary\.json|report\.html)\.[0-9a-f]{8}\.part"
+_UNFINISHED = r"|\.(summary\.json|report\.html|frame_\d+\.png)\.[0-9a-f]{8}\.part"
+_FIGURES = r"|figures/fig-[\w-]+\.(svg|pdf)"
 TRIAL = ResultKind(
-    r"(tracks|contacts|passages|sums)\.parquet|summary\.json|report\.html"
-    r"|bag/(metadata\.yaml|bag\.mcap)" + _UNFINISHED,
-    frozenset({"bag"}),
+    r"(tracks|contacts|passages|sums)\.parquet|summary\.json|report\.html|frame_\d+\.png"
+    r"|bag/(metadata\.yaml|bag\.mcap)" + _FIGURES + _UNFINISHED,
+    frozenset({"bag", "figures"}),
 )
 """Of `worm replay`, `worm live` and `worm analyse`."""
 POOLED = ResultKind(
-    r"report\.html|summary\.json|figures/fig-[\w-]+\.(svg|pdf)"
-    r"|tables/(fig-[\w-]+|numbers|trials)\.csv" + _UNFINISHED,
+    r"report\.html|summary\.json|tables/(fig-[\w-]+|numbers|trials)\.csv" + _FIGURES + _UNFINISHED,
     frozenset({"figures", "tables"}),
 )
 """Of `worm report`."""

@@ -79,7 +79,7 @@ def test_what_is_held_together_is_blue_and_the_rest_orange(results):
     (band,) = axes.patches
     assert band.get_x() == pytest.approx(0.25, rel=0.03)
     assert band.get_x() + band.get_width() == pytest.approx(0.35, rel=0.03)
-    assert "0.25 to 0.35 gives reversal, tau_h, but not t_per, n_s" in panel.alt
+    assert "0.25 to 0.35 gives reversal, ⟨τh⟩, but not tper, ns" in panel.alt
     assert panel.n.endswith("4 observations")
     assert panel.tables[""]["observation"] == ["reversal", "t_per", "tau_h", "n_s"]
     assert panel.tables[""]["low"][:3] == [0.25, 0.02, 0.2]

@@ -7,6 +7,7 @@ from typing import Any
 from worm_analysis.report.numbers import plain
 from worm_analysis.report.panel import Panel, counted
 from worm_analysis.report.theme import COLUMN_IN, GREY, INK, MODEL_COLOUR, new_figure
+from worm_analysis.report.verdicts import REJECTED
 from worm_analysis.results import Results
 from worm_analysis.summary.definition import NO_CHAMBER
 
@@ -57,7 +58,18 @@ def forecasts(results: Results) -> Panel:
         f"{', '.join(map(plain, memoryless))}."
     )
     table = {"score": list(scores), "value": list(scores.values())}
-    return Panel(**base, figure=figure, alt=alt, tables={"": table})
+    return Panel(**base, figure=figure, alt=alt, tables={"": table}, wrong=_wrong(scores))
+
+
+def _wrong(scores: Mapping[str, float]) -> tuple[str, ...]:
+    """Say that the forecasts' probabilities do not hold, or that they gain nothing."""
+    said = []
+    if scores["pit_p"] < REJECTED:
+        p = f"<i>p</i> = {plain(scores['pit_p'], 2)}, Kolmogorov–Smirnov"
+        said.append(f"The forecasts’ probabilities do not hold ({p})")
+    if scores.get("crps_gain_high_s", nan) < 0:
+        said.append("The walk’s forecasts are worse than memoryless ones")
+    return tuple(said)
 
 
 def _bars(axes: Any, places: list[float], values: list[list[float]]) -> None:
@@ -79,8 +91,8 @@ def _in_words(scores: Mapping[str, float]) -> str:
     left_out = int(scores.get("passages_unscored", 0))
     text = f" Here the walk gains {plain(scores['crps_gain_s'])} s{between} of CRPS a passage."
     text += (
-        " Its probabilities are uniform, as they should be, with p = "
-        f"{plain(scores['pit_p'], 2)} (Kolmogorov–Smirnov)."
+        f" If its probabilities hold they are uniform: p = {plain(scores['pit_p'], 2)} "
+        "(Kolmogorov–Smirnov)."
     )
     if left_out:
         text += (

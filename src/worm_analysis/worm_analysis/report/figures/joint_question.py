@@ -1,19 +1,22 @@
 """The joint question: which observations one boundary walk can hold together."""
 
-from collections.abc import Sequence
-from math import isfinite
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import isfinite, nan
 from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 
+from worm_analysis.report.numbers import plain
 from worm_analysis.report.panel import Panel, counted
-from worm_analysis.report.symbols import plain_symbol
+from worm_analysis.report.report_data import ReportData
+from worm_analysis.report.symbols import html_symbol, plain_symbol, spoken
 from worm_analysis.report.theme import CENTROID_COLOUR, HEAD_COLOUR, INK, PAGE_IN, SHADE, new_figure
 from worm_analysis.results import Results
 from worm_analysis.summary.definition import NO_CHAMBER
-from worm_msgs_py import NeededReversal
+from worm_msgs_py import Comparison, NeededReversal
 from worm_msgs_py.contract.agreement import Agreement, agreements
 
 OF_PAPER = {
@@ -27,6 +30,8 @@ OF_PAPER = {
 }
 RULE_LABELS = {"per_cycle": "per slide + hop", "per_phase": "per phase", "rate": "per second"}
 SPEED_LABELS = {"v_w": "$v_w$", "v_b": r"$\langle |v_b| \rangle$"}
+TOLD = "per_cycle"
+"""The rule whose answers are told in words: reversals as the paper counts them."""
 LEAST = 1e-3
 """An interval that reaches down to no reversal at all is drawn to here."""
 _READING = (
@@ -41,24 +46,50 @@ _READING = (
 
 def joint_question(results: Results) -> Panel:
     """Return the panel of a trial."""
-    needs = () if results.comparison is None else results.comparison.needs
+    panel = _panel(results.comparison)
+    return panel if results.chambers else replace(panel, figure=None, why=NO_CHAMBER)
+
+
+def joint_questions(data: ReportData) -> list[Panel]:
+    """Return a panel for each W of a pool."""
+    return [_panel(data.comparisons.get(part.width_mm), part.width_mm) for part, _ in data.by_width]
+
+
+def answers_in_words(data: ReportData) -> list[str]:
+    """Return, for each W of a pool, what one walk can hold together of it; HTML."""
+    lines = []
+    for width_mm, comparison in data.comparisons.items():
+        told = [found for found in agreements(comparison.needs) if found.rule == TOLD]
+        if told:
+            answers = "; ".join(agreement_in_words(found, html_symbol) for found in told)
+            lines.append(f"One boundary walk and <i>W</i> = {plain(width_mm)} mm: {answers}.")
+    return lines
+
+
+def _panel(comparison: Comparison | None, width_mm: float = nan) -> Panel:
+    needs = () if comparison is None else comparison.needs
     observations = list(dict.fromkeys(need.observation for need in needs))
+    of_width = f", W = {plain(width_mm)} mm" if isfinite(width_mm) else ""
     base: dict[str, Any] = {
-        "key": "fig-joint",
-        "title": "What one boundary walk can hold together",
+        "key": f"fig-joint-W{width_mm:g}".replace(".", "-") if of_width else "fig-joint",
+        "title": f"What one boundary walk can hold together{of_width}",
         "paper": "",
-        "label": "Joint question",
+        "label": f"Joint question{of_width}",
         "reading": _READING,
         "n": counted(len(observations), "observations"),
     }
-    if not results.chambers:
-        return Panel(**base, why=NO_CHAMBER)
     if len(observations) < 2:
-        return Panel(**base, why="the trial has fewer than two observations to hold together")
-    alt = "; ".join(agreement.in_words() for agreement in agreements(needs))
+        return Panel(**base, why="fewer than two observations to hold together")
+    alt = "; ".join(agreement_in_words(agreement, spoken) for agreement in agreements(needs))
     columns = ("rule", "speed", "observation", "value", "low", "high")
     table = {name: [getattr(need, name) for need in needs] for name in columns}
     return Panel(**base, figure=joint_figure(needs), alt=f"{alt}.", tables={"": table})
+
+
+def agreement_in_words(agreement: Agreement, symbol: Callable[[str], str]) -> str:
+    """Return the answer for one rule and speed, with symbols for names."""
+    held, left = (tuple(map(symbol, names)) for names in (agreement.held, agreement.left))
+    return replace(agreement, held=held, left=left, speed=symbol(agreement.speed)).in_words()
 
 
 def joint_figure(needs: Sequence[NeededReversal]) -> Any:

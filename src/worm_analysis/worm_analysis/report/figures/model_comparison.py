@@ -10,7 +10,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from worm_analysis.report.numbers import plain, value
 from worm_analysis.report.panel import Panel, counted
-from worm_analysis.report.symbols import plain_symbol
+from worm_analysis.report.symbols import plain_symbol, spoken
 from worm_analysis.report.theme import COLUMN_IN, INK, MODEL_COLOUR, PAPER_STYLE, new_figure
 from worm_analysis.results import Results
 from worm_analysis.summary.definition import NO_CHAMBER
@@ -146,7 +146,8 @@ def model_comparison(results: Results) -> Panel:
     order = [name for name in ("measured", "boundary walk", "paper") if name in by_name]
     figure.legend([by_name[name] for name in order], order, loc="outside upper center", ncols=3)
     words = "; ".join(
-        f"{row.measured.name} measured {value(row.measured)}, modelled {value(row.modelled)}"
+        f"{spoken(row.measured.name)} measured {value(row.measured)}, "
+        f"modelled {value(row.modelled)}"
         for row in shown
     )
     return Panel(**base, figure=figure, alt=f"Model against measurement: {words}.")

@@ -18,6 +18,8 @@ from worm_analysis.report.theme import (
     PAPER_STYLE,
     new_figure,
 )
+from worm_analysis.report.verdicts import REJECTED
+from worm_analysis.statistics.penetration_law import penetration_p
 from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.summary.estimates import penetration
 from worm_analysis.summary.settings import DEFAULTS
@@ -71,7 +73,26 @@ def penetration_depths(data: ReportData) -> Panel:
     alt = "; ".join(
         f"W {plain(part.width_mm)} mm, β {with_interval(beta)} per mm" for part, beta in rows
     )
-    return Panel(**base, figure=figure, alt=f"Densities of the depth: {alt}.", tables=tables)
+    wrong = tuple(filter(None, (_not_the_law(part, beta) for part, beta in rows)))
+    alt = f"Densities of the depth: {alt}."
+    return Panel(**base, figure=figure, alt=alt, tables=tables, wrong=wrong)
+
+
+def _not_the_law(part: Pool, beta: Quantity) -> str:
+    """Say that F(x_p) is rejected for a W, if it is."""
+    if beta.value is None:
+        return ""
+    counts = part.total("x_p")
+    fit = penetration(counts)
+    seen = np.rint(counts[: int(np.flatnonzero(counts)[-1]) + 1]).astype(np.int64)
+    edges = np.arange(len(seen) + 1, dtype=np.float64) * DEPTH_BIN_M
+    p = penetration_p(edges, seen, fit)
+    if not p < REJECTED:
+        return ""
+    return (
+        f"<i>W</i> = {plain(part.width_mm)} mm: a decay over a constant is rejected (χ² test, "
+        f"<i>p</i> = {plain(p, 2)}, <i>n</i> = {seen.sum()}); β says less than it seems to"
+    )
 
 
 def _draw(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDensity | None:

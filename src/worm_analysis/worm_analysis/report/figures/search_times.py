@@ -1,10 +1,11 @@
 """Fig. 5: how long the head takes to find the exit, for each width, beside the walk."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from worm_analysis.pooling import Pool, WalkPrediction
+from worm_analysis.pooling import Pool, Pooled, WalkPrediction
 from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.figures.wall_distances import (
     LengthDensity,
@@ -25,6 +26,7 @@ from worm_analysis.report.theme import (
     PAPER_STYLE,
     new_figure,
 )
+from worm_analysis.report.verdicts import not_exponential
 from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
@@ -60,10 +62,8 @@ def search_times(data: ReportData) -> Panel:
     if not rows:
         return Panel(**base, why="the exit’s width is not known")
     if not any(len(part.points("tau_h")) >= FIGURES.fewest_items for part, _ in rows):
-        return Panel(
-            **base,
-            why=not_enough(found, "findings", FIGURES.fewest_items) + " for a W",
-        )
+        few = not_enough(found, "findings", FIGURES.fewest_items)
+        return Panel(**base, why=f"{few} for a W")
     columns, width_in = (1, COLUMN_IN) if walk is None else (2, PAGE_IN)
     figure = new_figure(width_in, max(2.7, 0.35 + ROW_IN * len(rows)))
     grid = figure.subplots(len(rows), columns, squeeze=False, sharex=True, sharey="row")
@@ -93,7 +93,13 @@ def search_times(data: ReportData) -> Panel:
         for part, numbers in rows
     ]
     alt = f"Densities of the time: {'; '.join(means)}."
-    return Panel(**base, figure=figure, alt=alt, tables=tables)
+    wrong = tuple(filter(None, (_not_exponential(part, numbers) for part, numbers in rows)))
+    return Panel(**base, figure=figure, alt=alt, tables=tables, wrong=wrong)
+
+
+def _not_exponential(part: Pool, numbers: Mapping[str, Pooled]) -> str:
+    told = not_exponential(*(numbers[key].quantity for key in ("tau_h", "tau_h_exponential_p")))
+    return f"<i>W</i> = {plain(part.width_mm)} mm: {told}" if told else ""
 
 
 def _scale_to(axes: Any, walk: WalkPrediction, part: Pool) -> None:

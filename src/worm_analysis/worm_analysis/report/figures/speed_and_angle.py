@@ -19,9 +19,11 @@ from worm_analysis.report.theme import (
     new_figure,
     say_n,
 )
+from worm_analysis.report.verdicts import against_paper
 from worm_analysis.statistics.sample_correlation import correlation_of_sums
 from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
+from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.paper import paper_number
 from worm_msgs_py.units import MM_PER_M
@@ -33,7 +35,8 @@ _DOTS: dict[str, Any] = {
     "mew": 0,
     "zorder": 1,
 }
-_PAPER_SPEED = paper_number("v_w")
+LEAST_EXPLAINED = 0.5
+"""A line that explains a smaller part of the squared speeds is no law."""
 _READING_ANGLE = (
     "θ̇<sub>h</sub> = Δθ<sub>h</sub>/Δ<i>t</i> over Δ<i>t</i> = 1 s, against the body angle "
     "ψ<sub>b</sub> in the same frame. Points: frames, evenly thinned. Black: the mean over all "
@@ -44,7 +47,8 @@ _READING_INCIDENCE = (
     "θ̇<sub>h</sub> over the Δ<i>t</i> = 1 s after the head came into contact with the wall, "
     "against its incidence θ<sub>h</sub><sup>i</sup>: the signed angle between the head’s "
     "displacement just before the contact and the outward normal. Points: contacts, evenly "
-    "thinned. The paper finds no correlation. r: Pearson’s correlation over all contacts."
+    "thinned. The paper finds no correlation. r: Pearson’s correlation over all contacts. A head "
+    "that comes in along the wall and goes on in its direction makes it positive."
 )
 _READING_LAW = (
     "⟨<i>v</i><sub>b</sub>⟩ = <i>R</i>⟨θ̇<sub>h</sub>⟩ against the sine of the mean body angle. "
@@ -95,7 +99,9 @@ def speed_against_angle(data: ReportData) -> Panel:
         "points": {"psi_b_deg": x, "theta_dot_deg_s": y},
         "means": {"psi_b_deg": middles, "theta_dot_deg_s": means, "frames": count},
     }
-    return Panel(**base, figure=figure, alt=f"θ̇_h against ψ_b, {n}.", tables=tables)
+    alt = f"Angular speed of the head against the body’s angle, {n}, r {with_interval(r)}."
+    wrong = tuple(filter(None, [against_paper(r, expected=True)]))
+    return Panel(**base, figure=figure, alt=alt, tables=tables, wrong=wrong)
 
 
 def speed_after_collision(data: ReportData) -> Panel:
@@ -123,7 +129,9 @@ def speed_after_collision(data: ReportData) -> Panel:
     axes.set_ylabel(r"angular speed after it $\dot\theta_h$ (degrees/s)")
     say_n(axes, _with_r(n, pool, "theta_dot_incidence", r), x=0.03)
     tables = {"": {"incidence_deg": x, "theta_dot_deg_s": y}}
-    return Panel(**base, figure=figure, alt=f"θ̇_h after a collision, {n}.", tables=tables)
+    alt = f"Angular speed of the head after a collision, {n}, r {with_interval(r)}."
+    wrong = tuple(filter(None, [against_paper(r, expected=False)]))
+    return Panel(**base, figure=figure, alt=alt, tables=tables, wrong=wrong)
 
 
 def speed_law(data: ReportData) -> Panel:
@@ -168,8 +176,24 @@ def speed_law(data: ReportData) -> Panel:
         "windows": {"sin_psi_b": s, "v_b_mm_s": v},
         "searches": {"sin_psi_b": s_search, "v_b_mm_s": v_search},
     }
-    alt = f"v_b against sin ψ_b, {n}, v_w {with_interval(v_w)} mm/s."
-    return Panel(**base, figure=figure, alt=alt, tables=tables)
+    alt = f"Speed along the wall against the sine, {n}, slope {with_interval(v_w)} mm/s."
+    wrong = _why_no_line(v_w, sines, MM_PER_M * speeds_m_s)
+    return Panel(**base, figure=figure, alt=alt, tables=tables, wrong=wrong)
+
+
+def _why_no_line(v_w: Quantity, sine: Floats, speed_mm_s: Floats) -> tuple[str, ...]:
+    """Say that a line through the origin tells little of the speeds, if it does."""
+    if v_w.value is None:
+        return ()
+    left = np.sum((speed_mm_s - v_w.value * sine) ** 2)
+    explained = 1.0 - float(left / np.sum(speed_mm_s**2))
+    if explained >= LEAST_EXPLAINED:
+        return ()
+    part = max(0, round(100 * explained))
+    return (
+        "The line is no law here: <i>v</i><sub>w</sub> sin⟨ψ<sub>b</sub>⟩ explains "
+        f"{part} % of the windows’ squared speeds",
+    )
 
 
 def _thinned(x: Floats, y: Floats, most: int = FIGURES.most_points) -> tuple[Floats, Floats]:

@@ -58,7 +58,9 @@ def statuses(results: Results) -> Panel:
     axes.set_xlim(0, t_s[-1])
     axes.set_xlabel("time $t$ (s)")
     axes.set_title(n, loc="right", pad=3)
-    told = ", ".join(f"{int((status == label).sum())} {label}" for label in present)
+    told = ", ".join(
+        f"{int((status == label).sum())} {label.replace('_', ' ')}" for label in present
+    )
     return Panel(**base, figure=figure, alt=f"Status of each frame against time: {told}.")
 
 

@@ -10,7 +10,7 @@ from matplotlib.patches import Arc
 from worm_analysis.report.examples import Indices, example_spans
 from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.panel import Panel, counted, thousands
-from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, PAGE_IN, new_figure, say_n
+from worm_analysis.report.theme import COLOURS, COLUMN_IN, INK, PAGE_IN, new_figure
 from worm_analysis.results import Results
 from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
@@ -65,7 +65,11 @@ def trajectories(results: Results) -> Panel:
         (_draw_points if as_points else _draw_lines)(axes, results, rows)
         _label(axes, chamber, several=len(inside) > 1, first=number == 0)
         seconds = results.t_s[rows[-1]] - results.t_s[rows[0]]
-        say_n(axes, f"n = {thousands(len(rows))} frames\n{seconds:.0f} s", x=0.985, y=0.02)
+        axes.set_title(
+            f"n = {thousands(len(rows))} frames, {seconds:.0f} s", loc="right", pad=3, fontsize=7.0
+        )
+    handles = [Line2D([], [], color=COLOURS[point], linewidth=1.2) for point in KEYPOINTS]
+    figure.legend(handles, KEYPOINTS, loc="outside upper center", ncols=3)
     alt = (
         f"Trajectories of the worm's head (blue), centroid (red) and tail (green) in "
         f"{len(inside)} chamber(s) of radius {results.radius_mm:.3g} mm, {n}."
@@ -135,18 +139,8 @@ def _label(axes: Any, chamber: Chamber, *, several: bool, first: bool) -> None:
     axes.set_xlabel("$x$ (mm)")
     if first:
         axes.set_ylabel("$y$ (mm)")
-        handles = [Line2D([], [], color=COLOURS[point], linewidth=1.2) for point in KEYPOINTS]
-        axes.legend(
-            handles,
-            KEYPOINTS,
-            loc="upper right",
-            borderaxespad=0.2,
-            handlelength=1.0,
-            handletextpad=0.5,
-            labelspacing=0.2,
-        )
     if several:
-        axes.set_title(chamber.name.replace("_", " "))
+        axes.set_title(chamber.name.replace("_", " "), loc="left", pad=3)
     ticks = np.arange(-10, 11, 5) * chamber.radius_m * 100
     axes.set_xticks(ticks)
     axes.set_yticks(ticks)

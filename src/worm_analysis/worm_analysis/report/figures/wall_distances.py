@@ -11,7 +11,9 @@ from worm_analysis.report.figure_settings import FIGURES
 from worm_analysis.report.numbers import interval, plain, value
 from worm_analysis.report.panel import Panel, counted, number_of, thousands
 from worm_analysis.report.report_data import ReportData
+from worm_analysis.report.symbols import spoken
 from worm_analysis.report.theme import COLOURS, GREY, INK, PAGE_IN, PAPER_STYLE, new_figure
+from worm_analysis.report.verdicts import not_exponential
 from worm_analysis.summary.definition import NO_CHAMBER
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
@@ -121,9 +123,11 @@ def wall_distances(data: ReportData) -> Panel:
         drawn = _draw(axes, letter, *part)
         if drawn is not None:
             tables[name] = as_table(drawn, f"{name}_mm")
-    means = ", ".join(f"{name} {value(data.quantity(name))} mm" for name, _, _ in parts)
+    means = ", ".join(f"{spoken(name)} {value(data.quantity(name))} mm" for name, _, _ in parts)
     alt = f"Densities of episode lengths, {n}. Means: {means}."
-    return Panel(**base, figure=figure, alt=alt, tables=tables)
+    tested = [(data.quantity(name), data.quantity(f"{name}_exponential_p")) for name, *_ in parts]
+    wrong = tuple(filter(None, [not_exponential(*pair) for pair in tested]))
+    return Panel(**base, figure=figure, alt=alt, tables=tables, wrong=wrong)
 
 
 def _drawable(quantity: Quantity, lengths_mm: Floats) -> bool:

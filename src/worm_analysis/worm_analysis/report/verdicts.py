@@ -1,0 +1,121 @@
+"""Says in words whether a number agrees with the paper, and whether a law fits what was measured.
+
+The words are HTML of ours; empty where there is nothing to be said.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from worm_analysis.report.numbers import plain, with_interval
+from worm_analysis.report.panel import number_of
+from worm_analysis.report.symbols import html_symbol
+from worm_analysis.summary.quantities import DEFINITIONS
+from worm_msgs_py import Quantity
+
+HEADLINE = ("d_c", "d_nc", "v_w", "t_per", "success")
+"""The five numbers that open a report: each has a value in the paper's text."""
+REJECTED = 0.01
+"""A law is rejected where chance alone gives a fit as bad less often: a page has many tests."""
+AS_IN_THE_PAPER = "agrees with the paper"
+ONE_SHAPE = 1.0
+
+Numbers = Callable[[str], Quantity]
+"""From a name to the number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Headline:
+    """One of the numbers that open a report.
+
+    Attributes
+    ----------
+    quantity : Quantity
+        The number.
+    n : str
+        What it rests on, counted.
+    verdict : str
+        Beside the paper, HTML.
+    wrong : str
+        Why its law does not hold; HTML, empty where it does or that is not known.
+    """
+
+    quantity: Quantity
+    n: str
+    verdict: str
+    wrong: str
+
+
+def headlines(quantity: Numbers) -> list[Headline]:
+    """Return the five numbers with their verdicts."""
+    return [
+        Headline(
+            quantity(name),
+            number_of(quantity(name).n, DEFINITIONS[name].items),
+            beside_paper(quantity(name)),
+            not_exponential(quantity(name), quantity(f"{name}_exponential_p"))
+            if name != "t_per"
+            else not_one_exponential(quantity),
+        )
+        for name in HEADLINE
+    ]
+
+
+def beside_paper(quantity: Quantity) -> str:
+    """Return whether the paper's value lies in a number's interval, and else how far away it is."""
+    if quantity.value is None:
+        return "no verdict"
+    if quantity.paper is None:
+        return "the paper gives no number"
+    if quantity.low is None or quantity.high is None:
+        return "no verdict: it has no interval"
+    if quantity.low <= quantity.paper <= quantity.high:
+        return AS_IN_THE_PAPER
+    side = "above" if quantity.value > quantity.paper else "below"
+    if not quantity.paper or quantity.value / quantity.paper <= 0:
+        return f"{side} the paper’s"
+    return f"{side} the paper’s, {plain(quantity.value / quantity.paper, 2)} times as large"
+
+
+def not_exponential(quantity: Quantity, p: Quantity) -> str:
+    """Return that an exponential law with a number as its mean is rejected, if it is."""
+    if quantity.value is None or p.value is None or p.value >= REJECTED:
+        return ""
+    chance = f"= {plain(p.value, 2)}" if p.value >= 1e-4 else "< 0.0001"
+    return (
+        f"{html_symbol(quantity.name)}: an exponential law is rejected (Anderson and Darling’s "
+        f"test, <i>p</i> {chance}, <i>n</i> = {p.n}); its mean says less than it seems to"
+    )
+
+
+def not_one_exponential(quantity: Numbers) -> str:
+    """Return that C_θ does not decay as the exponential that is fitted to it, if it does not."""
+    ratio, fitted, fall = map(quantity, ("t_1e_over_t_per", "t_per", "t_1e"))
+    if ratio.value is None or ratio.low is None or ratio.high is None:
+        return ""
+    if ratio.low <= ONE_SHAPE <= ratio.high:
+        return ""
+    return (
+        f"<i>C</i><sub>θ</sub> is not one exponential: the fit decays in {with_interval(fitted)} s "
+        f"but the curve falls to 1/e at {with_interval(fall)} s, {with_interval(ratio)} times as "
+        "late"
+    )
+
+
+def against_paper(r: Quantity, *, expected: bool) -> str:
+    """Return that a correlation is not as the paper finds it: positive where expected, else none.
+
+    Parameters
+    ----------
+    r : Quantity
+        Pearson's correlation.
+    expected : bool
+        Whether the paper finds one.
+    """
+    if r.value is None or r.low is None or r.high is None:
+        return ""
+    told = f"<i>r</i> = {with_interval(r)}"
+    if expected and r.low <= 0:
+        return f"The paper finds that it grows; that cannot be said here ({told})"
+    if not expected and not r.low <= 0 <= r.high:
+        return f"The paper finds no correlation; here there is one, {told}"
+    return ""

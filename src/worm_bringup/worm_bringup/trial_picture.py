@@ -1,0 +1,69 @@
+"""Keeps one picture of a trial beside its tracks, for its report to open with."""
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from worm_analysis.results import read_results
+from worm_analysis.results.picture import picture_path, row_to_show
+from worm_msgs_py.errors import BadInput, BadPicture, ReportError
+from worm_msgs_py.files.whole_files import whole_file
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.bags.one_picture import picture_at
+from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
+from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS
+
+
+def keep_picture(results_dir: Path, source: Mapping[str, Any]) -> str:
+    """Write the trial's best picture, read again from where the pictures came from.
+
+    Parameters
+    ----------
+    results_dir : Path
+        Whole results, but for the report.
+    source : mapping
+        Parameters of the node that sent the pictures: the bag that it played, or recorded.
+
+    Returns
+    -------
+    str
+        Why there is no picture; empty where it is written. The results are as good without one.
+    """
+    bag = source.get("bag") or source.get("record")
+    if not bag:
+        return "the pictures were not recorded"
+    try:
+        results = read_results(results_dir)
+        row = row_to_show(results)
+        if row is None:
+            return "no frame has a pose"
+        offset_s = float(source.get("start_offset") or 0.0)
+        grey = picture_at(
+            partial(_open, Path(bag), source),
+            int(results.tracks["stamp_ns"][row]),
+            offset_s + float(results.t_s[row]),
+            float(source.get("max_megapixels", MAX_MEGAPIXELS)),
+        )
+        path = picture_path(results_dir, int(results.tracks["frame"][row]))
+        with whole_file(path) as unfinished:
+            unfinished.write_bytes(cv2.imencode(".png", grey)[1].tobytes())
+    except (BadInput, BadPicture, ReportError, OSError) as error:
+        return str(error)
+    return ""
+
+
+def _open(
+    bag: Path, source: Mapping[str, Any], start_s: float, duration_s: float | None
+) -> BagPictures:
+    return BagPictures(
+        bag,
+        source.get("topic") or None,
+        start_offset_s=start_s,
+        playback_duration_s=duration_s,
+        salvage=bool(source.get("salvage", False)),
+        max_chunk_mib=float(source.get("max_chunk_mib", MAX_CHUNK_MIB)),
+        max_megapixels=float(source.get("max_megapixels", MAX_MEGAPIXELS)),
+    )

@@ -1,0 +1,52 @@
+"""Reads the one picture of a bag that was taken at a given time."""
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.units import NS_PER_S
+from worm_tracker.sources.bags.bag_reader import BagPicture, BagPictures
+from worm_tracker.sources.bags.serialized_images import read_picture
+from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, Grey, PictureDecoder
+
+LATE_S = 5.0
+"""A picture is recorded so much before or after its stamp at most; else all of the bag is read."""
+
+OpenBag = Callable[[float, float | None], AbstractContextManager[BagPictures]]
+"""Opens the bag from an offset on, for so long (None: to the end), s of recording."""
+
+
+def picture_at(
+    open_bag: OpenBag, stamp_ns: int, after_s: float, max_megapixels: float = MAX_MEGAPIXELS
+) -> Grey:
+    """Return the picture with a stamp.
+
+    Parameters
+    ----------
+    open_bag : callable
+        Opens the bag.
+    stamp_ns : int
+        The stamp, as its replay gave it.
+    after_s : float
+        How long after the bag's first picture it was taken.
+    max_megapixels : float
+        As for the replay.
+
+    Raises
+    ------
+    BadInput
+        There is no such picture, or it cannot be read; or as `BagPictures`.
+    BadPicture
+        Its data are damaged.
+    """
+    for start_s, duration_s in ((max(0.0, after_s - LATE_S), 2 * LATE_S), (0.0, None)):
+        with open_bag(start_s, duration_s) as pictures:
+            found = next(_taken_at(pictures, stamp_ns), None)
+            if found is not None:
+                fields = read_picture(found.raw, pictures.message_type)
+                return PictureDecoder(max_megapixels).decode(fields)
+    raise BadInput(f"no picture of the bag was taken at {stamp_ns / NS_PER_S:.6f} s")
+
+
+def _taken_at(pictures: BagPictures, stamp_ns: int) -> Iterator[BagPicture]:
+    return (item for item in pictures if item.stamp_ns == stamp_ns and not item.why_bad)
