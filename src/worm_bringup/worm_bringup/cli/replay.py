@@ -97,8 +97,8 @@ def replay(
 ) -> None:
     """Replay a bag of a past trial: every frame, none lost, the same bytes every time.
 
-    Writes tracks.parquet, contacts.parquet, passages.parquet, summary.json, report.html and bag/
-    into OUT, whole or not at all. A replay that is stopped leaves a checkpoint beside OUT, which
+    Writes tracks.parquet, contacts.parquet, passages.parquet, summary.json, report.html, figures/
+    and bag/ into OUT, whole or not at all. A replay that is stopped leaves a checkpoint beside OUT, which
     the same command goes on from with --resume.
     """
     if resume and (processes or loop):

@@ -30,8 +30,8 @@ def report(
 ) -> None:
     """Pool trials and draw every figure of the paper, or write each trial's report anew.
 
-    With --out: one report.html without network, each figure as SVG and PDF in figures/, what it
-    shows as CSV in tables/, and every number in summary.json. Trials are grouped by the width W of
+    Each figure is in figures/ too, as SVG and PDF. With --out: one report.html without network,
+    what its figures show as CSV in tables/, and every number in summary.json. Trials are grouped by the width W of
     the exit; intervals come from drawing trials again where there are five or more.
 
     A trial that is incomplete or damaged, has no chamber, or is there twice, ends the command with
