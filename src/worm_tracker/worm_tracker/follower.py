@@ -32,6 +32,7 @@ from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import PropagationSettings
 from worm_tracker.propagation.propagation import (
+    coiled,
     darkening_of,
     observation_of,
     propagate,
@@ -144,7 +145,7 @@ class Follower:
 
     def resolve_back(
         self, opened: Observation, detections: Sequence[Detection]
-    ) -> list[Observation | None]:
+    ) -> list[Observation]:
         """Return what a midline tells of the pictures before it, the latest first.
 
         Parameters
@@ -155,7 +156,11 @@ class Follower:
             What was kept of the pictures before it, the latest first.
         """
         model, settings = self._track.model, self._settings.propagation
-        return [] if model is None else list(propagate_back(model, opened, detections, settings))
+        if model is None:
+            return []
+        if is_nearer_reversed(opened.widths[:, None], model.widths[:, None]):
+            opened = opened.reversed()  # the body was lost since, and found the other way round
+        return list(propagate_back(model, opened, detections, settings))
 
     def all_of_worm(self, observation: Observation) -> Floats | None:
         """Return a midline that is that of all of the worm: what is elsewhere is not worm."""
@@ -332,7 +337,7 @@ class Follower:
             bodies, frames = LastBodies(track.body), 1 + track.frames_unresolved
         last = bodies.last
         if model is None or last is None:
-            return _coiled(detection), None
+            return coiled(detection), None
         least = settings.explained.least_dark_widths2
         darkening = darkening_of(detection, model, least, settings.explained)
         if darkening is not None:
@@ -345,16 +350,16 @@ class Follower:
             detection, model, start, bodies.before, frames, contour_body, settings.propagation
         )
         if found.agreement < settings.least_agreement:
-            return _coiled(detection), None
+            return coiled(detection), None
         leaps = model.leaps(found.points, last, frames)
         confidence = (settings.leap_confidence if leaps else 1.0) * found.agreement
         observation = observation_of(found, model, confidence, settings.propagation)
         off = abs(log(found.path.length / model.length))
         lost = found.over_limits > settings.propagation.lost_over_limits
         if lost or off > settings.most_log_length_in_fold:
-            return _coiled(detection), None
+            return coiled(detection), None
         if found.over_limits > 1:
-            return replace(_coiled(detection), followed=observation), found
+            return coiled(detection, observation), found
         return observation, found
 
     def _with_occlusion(self, observation: Observation, detection: Detection) -> Observation:
@@ -385,11 +390,6 @@ def _observation_of(found: RefinedMidline, agreement: float, view: SignalView) -
         found.width,
         appearance=appearance,
     )
-
-
-def _coiled(detection: Detection) -> Observation:
-    """Return the observation of an object without a midline."""
-    return Observation(Status.COILED, *detection.centroid())
 
 
 def _agreement(found: RefinedMidline, blob: Blob) -> float:

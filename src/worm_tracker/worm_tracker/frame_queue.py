@@ -2,6 +2,7 @@
 
 from collections import Counter, deque
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from math import inf
 
 from worm_msgs_py.contract.body import TrackedFrame
@@ -17,6 +18,28 @@ from worm_tracker.head_tail.identity import (
 )
 from worm_tracker.head_tail.link import LinkDecision
 from worm_tracker.observation import Observation
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Coils:
+    """Coils one after the other, and the frame after them that shows the body.
+
+    Attributes
+    ----------
+    frames : list of PendingFrame
+        The latest first.
+    opened : Observation
+        What the frame after them says; it has a midline.
+    """
+
+    frames: list[PendingFrame]
+    opened: Observation
+
+    @property
+    def detections(self) -> list[Detection]:
+        """What was kept of their pictures, the latest first."""
+        kept = (pending.observation.unresolved for pending in self.frames)
+        return [detection for detection in kept if detection is not None]
 
 
 class FrameQueue:
@@ -42,7 +65,7 @@ class FrameQueue:
         self._head_tail = head_tail
         self._hold_back_frames = hold_back_frames
         self._px_per_mm = px_per_mm
-        self._coiled: deque[PendingFrame] = deque()
+        self._waiting: deque[PendingFrame] = deque()
         self._linked: deque[PendingFrame] = deque()
         self._body_is_new = False
         self._head_first: bool | None = None
@@ -51,54 +74,92 @@ class FrameQueue:
         self.statuses: Counter[Status] = Counter()
 
     def __len__(self) -> int:
-        return len(self._linked) + len(self._coiled)
+        return len(self._linked) + len(self._waiting)
 
-    def coils(self) -> list[Detection]:
-        """Return what was kept of the coils that wait, the latest first."""
-        kept = (pending.observation.unresolved for pending in reversed(self._coiled))
-        return [detection for detection in kept if detection is not None]
+    def is_due(self, body_is_learned: bool) -> bool:
+        """Tell whether what waits can be told by now.
 
-    def resolve(self, observations: Iterable[Observation | None]) -> None:
-        """Take what a later frame tells of the coils that wait, the latest first.
+        A frame that shows the body has come; and that is known well, or well enough and no frame
+        can wait any longer.
+
+        Parameters
+        ----------
+        body_is_learned : bool
+            Whether enough midlines have been seen to know the body by.
+        """
+        opened = next((told for told in reversed(self._waiting) if told.is_open), None)
+        if opened is None:
+            return False
+        known = opened.observation.kept is None or self._head_tail.corrected
+        return known or (len(self) > self._hold_back_frames and body_is_learned)
+
+    def coils(self) -> list[Coils]:
+        """Return the coils that wait, each run of them with the frame that opens it."""
+        found, run = [], list[PendingFrame]()
+        for pending in self._waiting:
+            if pending.is_open:
+                if run:
+                    found.append(Coils(run[::-1], pending.observation))
+                run = []
+            elif pending.observation.unresolved is not None:
+                run.append(pending)
+            else:
+                run = []  # nothing tells where the body was meanwhile
+        return found
+
+    @staticmethod
+    def resolve(coils: Coils, observations: Iterable[Observation]) -> None:
+        """Take what the frame that opens them tells of coils, the latest first.
 
         Where a coil was followed into, with an end hidden, the surer of both midlines is kept.
+        Where neither tells a midline, which end is which is carried on as the later frame has it:
+        a worm that opens shows how it lay.
         """
-        for pending, observation in zip(reversed(self._coiled), observations, strict=False):
-            if observation is None:
-                continue
-            if max(observation.end_sd_px) < _end_sd(pending.observation):
+        for pending, observation in zip(coils.frames, observations, strict=False):
+            told = pending.observation
+            if observation.has_midline and max(observation.end_sd_px) < _end_sd(told):
                 pending.observation = observation
+            elif not told.has_midline and observation.followed is not None:
+                pending.observation = replace(told, followed=observation.followed)
 
     def reopen(self) -> None:
         """Take back what was told of the frames that wait: their body was not the worm's."""
-        while self._linked:
-            told = self._linked[-1].observation
-            seen = told.unresolved or told.kept
-            if seen is None:
-                return
-            pending = self._linked.pop()
-            pending.observation = Observation(Status.COILED, told.u, told.v, unresolved=seen)
-            pending.reliability = 1.0
-            self._coiled.appendleft(pending)
+        while self._linked and self._linked[-1].observation.seen is not None:
+            self._waiting.appendleft(self._linked.pop())
+        for pending in self._waiting:
+            told = pending.observation
+            if told.seen is not None:
+                pending.observation = Observation(
+                    Status.COILED, told.u, told.v, unresolved=told.seen
+                )
+                pending.reliability = 1.0
 
     def push(self, pending: PendingFrame) -> None:
-        """Take the next frame; a coil waits until `link_coils`, or the next that is none."""
+        """Take the next frame."""
         if pending.observation.has_midline:
             self._body_is_new = pending.observation.kept is not None
-        if pending.observation.unresolved is not None:
-            self._coiled.append(pending)
-        else:
-            self.link_coils()
-            self._link(pending)
+        self._waiting.append(pending)
+        if pending.observation.seen is None and not any(
+            waiting.observation.kept for waiting in self._waiting
+        ):
+            behind_coils = pending.is_open and len(self._waiting) > 1
+            self._link_oldest(0 if behind_coils else len(self._waiting))
 
-    def link_coils(self) -> None:
-        """Link the coils that wait as they are now."""
-        self._link_oldest_coils(len(self._coiled))
+    def link_open(self) -> None:
+        """Link what waits up to the last frame that shows the body."""
+        behind = 0
+        while behind < len(self._waiting) and not self._waiting[-1 - behind].is_open:
+            behind += 1
+        self._link_oldest(len(self._waiting) - behind)
+
+    def link_all(self) -> None:
+        """Link what waits as it is now."""
+        self._link_oldest(len(self._waiting))
 
     def release(self) -> list[TrackedFrame]:
         """Return the frames that need not wait any longer."""
         over = len(self) - self._hold_back_frames
-        self._link_oldest_coils(min(len(self._coiled), over - len(self._linked)))
+        self._link_oldest(min(len(self._waiting), over - len(self._linked)))
         if self._head_tail.corrected or (self._head_tail.certain and not self._body_is_new):
             return self._give(len(self._linked))
         free = 0
@@ -110,7 +171,7 @@ class FrameQueue:
 
     def finish(self) -> list[TrackedFrame]:
         """Return all frames that wait; none comes after them."""
-        self.link_coils()
+        self.link_all()
         return self._give(len(self._linked))
 
     def swap_head(self, next_frame: int, last_ns: int) -> Exchange | None:
@@ -121,10 +182,11 @@ class FrameQueue:
         next_frame, last_ns : int
             Number of the frame to come, and stamp of the last one: where none waits.
         """
+        self.link_open()
         if not self._head_tail.begun:
             return None
         self._head_tail.correct()
-        oldest = next(iter([*self._linked, *self._coiled]), None)
+        oldest = next(iter([*self._linked, *self._waiting]), None)
         exchange = Exchange(
             ExchangeKind.CORRECTION,
             oldest.frame if oldest else next_frame,
@@ -135,9 +197,9 @@ class FrameQueue:
         self._head_first = None
         return exchange
 
-    def _link_oldest_coils(self, count: int) -> None:
+    def _link_oldest(self, count: int) -> None:
         for _ in range(count):
-            self._link(self._coiled.popleft())
+            self._link(self._waiting.popleft())
 
     def _link(self, pending: PendingFrame) -> None:
         """Link a frame to those before it."""

@@ -37,6 +37,11 @@ class PendingFrame:
     geometry: Geometry | None
     reliability: float = 1.0
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it shows all of the body."""
+        return self.observation.has_midline and self.observation.unresolved is None
+
 
 def tracked_frame(
     pending: PendingFrame,

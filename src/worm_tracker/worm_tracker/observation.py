@@ -59,6 +59,11 @@ class Observation:
         """Whether the body was resolved."""
         return len(self.points) > 0
 
+    @property
+    def seen(self) -> Detection | None:
+        """What was kept of its picture, for whatever reason."""
+        return self.unresolved or self.kept
+
     def reversed(self) -> "Observation":
         """Return the observation with its midline the other way round."""
         return replace(

@@ -149,11 +149,10 @@ class Tracker:
         observation = self._observe(picture, stamp_ns)
         if self._track.bodies_begun != bodies_begun:
             self._queue.reopen()
-        opened = observation.has_midline and observation.unresolved is None
-        coils = self._queue.coils() if opened else []
-        if coils and self._stages is not None:
-            self._queue.resolve(self._stages.follower.resolve_back(observation, coils))
         self._queue.push(PendingFrame(frame, stamp_ns, observation, self.geometry))
+        model = self._track.model
+        if self._queue.is_due(model is not None and model.is_learned):
+            self._resolve_coils()
         return self._queue.release()
 
     def swap_head(self) -> Exchange | None:
@@ -177,7 +176,16 @@ class Tracker:
         """
         if self._stages is None and self._not_found:
             raise self._not_found[-1]
+        self._resolve_coils()
         return self._queue.finish()
+
+    def _resolve_coils(self) -> None:
+        """Go back through the coils that wait, from the frames that show how they lay."""
+        if self._stages is not None:
+            for coils in self._queue.coils():
+                told = self._stages.follower.resolve_back(coils.opened, coils.detections)
+                self._queue.resolve(coils, told)
+        self._queue.link_open()
 
     def _observe(self, picture: Picture, stamp_ns: int) -> Observation:
         """Return what the picture says, calibrating first."""
@@ -212,9 +220,10 @@ class Tracker:
     def _adopt(self, change: GeometryChange, picture: Picture, stages: _Stages) -> None:
         """Take a new geometry, and all that is remembered along with it."""
         self.changes.append(change)
-        self._queue.link_coils()  # they lie where the rig was
         stages.detector.transform(picture, stages.rig.assumed, change.motion)
         if change.motion is not None:
+            self._resolve_coils()
+            self._queue.link_all()  # what waits lies where the rig was
             self._track.transform(change.motion)
 
     def _begin(self, picture: Picture, stamp_ns: int) -> Observation:

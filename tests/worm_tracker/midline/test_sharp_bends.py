@@ -63,8 +63,11 @@ def test_a_hairpin_over_another_part_stays():
     assert np.array_equal(moved(picture, path, 15.0), evenly(path, 200))
 
 
-def test_a_hairpin_with_a_slit_stays():
-    """Its cross-sections tell where it is: both edges are seen."""
-    picture = drawn(hairpin(120 + 120j, 1 + 0j, 15.0, 1.5), 15.0)
-    last = hairpin(118 + 120j, 1 + 0j, 15.0, 1.5)
-    assert np.array_equal(moved(picture, last, 15.0), evenly(last, 200))
+@pytest.mark.parametrize("ahead_px", [-6.0, 6.0])
+def test_a_kink_with_water_within_it_goes_to_where_the_picture_ends(ahead_px):
+    """Its sides are seen, but its outermost part is not in their cross-sections."""
+    sides = 80 * np.exp(1j * np.array([0.8, -0.8]) + 1j * np.pi)
+    kink = np.r_[sides[0], 0, sides[1]] + 130 + 120j
+    path = evenly(np.interp(np.linspace(0, 2, 60), np.arange(3), kink), 200) + ahead_px
+    found = moved(drawn(kink, 15.0), path, 15.0)
+    assert found.real.max() == pytest.approx(130.0, abs=1.5)

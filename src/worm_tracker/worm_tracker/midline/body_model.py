@@ -16,6 +16,8 @@ class BodyModelSettings:
     """Weight of a frame in the running means after the first ones: a memory of 50 frames."""
     weight_of_new_darkening: float = 0.2
     """Weight of a frame in the running mean of how dark overlaps are."""
+    learned_frames: int = 30
+    """Midlines from which on widths and length are known well enough to go back through a fold."""
     young_frames: int = 150
     """Midlines until which the first ones may have been of a body laid double, or seen in part."""
     most_log_growth: float = 0.15
@@ -107,6 +109,11 @@ class BodyModel:
             first_length=self.first_length,
             frames=self.frames + 1,
         )
+
+    @property
+    def is_learned(self) -> bool:
+        """Whether widths and length are means of many frames."""
+        return self.frames >= self.settings.learned_frames
 
     @property
     def is_young(self) -> bool:

@@ -8,6 +8,7 @@ that is not dark, tell as much.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -29,6 +30,9 @@ class ExplainedSettings:
     """The same at least."""
     strand_widths: float = 2.0
     """Length of the pieces that a body is drawn in: two that are not neighbours are two strands."""
+    hairpin_half_widths: float = 0.6
+    least_hairpin_rad: float = 2.0
+    """Turn over twice that length from which on a bend is a hairpin: its sides are two strands."""
     kink_rad: float = 0.25
     """Turn between two points of a midline from which on it is drawn with a round joint."""
     dark_over_darkening: float = 0.5
@@ -168,9 +172,7 @@ def strands(
     side = 1j * tangent * np.maximum(widths, 1.0) / 2
     left, right = (_fixed(line + sign * side) for sign in (1, -1))
     s = complex_arc_length(line)
-    pieces = max(1, round(s[-1] / (settings.strand_widths * width)))
-    cuts = np.searchsorted(s, np.linspace(0, s[-1], pieces + 1)[1:-1])
-    cuts = np.unique(np.concatenate([[0], cuts, [len(line) - 1]]))
+    cuts = _cuts(line, s, width, settings)
     d = np.diff(line)
     sharp = np.abs(np.angle(d[1:] * d[:-1].conj())) > settings.kink_rad
     kinks = 1 + np.flatnonzero(sharp)
@@ -197,6 +199,32 @@ def strands(
         twice[window] |= np.asarray(cv2.bitwise_and(piece, others), np.uint8)
         before[piece > 0] = k + 2
     return np.asarray((number > 0).view(np.uint8) * 255, np.uint8), twice
+
+
+def _cuts(
+    line: NDArray[np.complex128], s: Floats, width: float, settings: ExplainedSettings
+) -> NDArray[np.intp]:
+    """Return the nodes at which a body is cut into pieces; each hairpin is the middle of one.
+
+    So what comes to a hairpin and what leaves it are two strands, wherever along the body it lies.
+    """
+    d = np.diff(line)
+    turned = np.concatenate([[0.0], np.cumsum(np.angle(d[1:] * d[:-1].conj()))])
+    half = settings.hairpin_half_widths * width
+    # Turn from half a hairpin before a node to as much after it.
+    middle = (s[1:] + s[:-1]) / 2
+    turn = np.abs(np.interp(s + half, middle, turned) - np.interp(s - half, middle, turned))
+    ends = [0.0, float(s[-1])]
+    while turn.max() > settings.least_hairpin_rad:
+        apex = s[int(turn.argmax())]
+        turn[np.abs(s - apex) < 4 * half] = 0.0
+        ends += [apex - half, apex + half]
+    ends = sorted(end for end in ends if 0 <= end <= s[-1])
+    cuts = [0.0]
+    for first, last in pairwise(ends):
+        pieces = max(1, round((last - first) / (settings.strand_widths * width)))
+        cuts += np.linspace(first, last, pieces + 1)[1:].tolist()
+    return np.unique(np.searchsorted(s, cuts).clip(0, len(line) - 1))
 
 
 def dark_places(

@@ -23,8 +23,13 @@ class SharpBendSettings:
     """Turn over twice that stretch from which on a bend is sharp: its inner edge is not seen."""
     reach_widths: float = 1.0
     """How far to either side of its middle a bend moves."""
-    most_move_widths: float = 0.6
-    """How far it can be off its place."""
+    most_move_widths: float = 1.2
+    """How far it can be off its place: what smooths a path pulls a hairpin in."""
+    slit_behind_widths: float = 0.6
+    """How far within a bend there is water, if its inner edge is seen."""
+    least_move_with_slit_widths: float = 0.15
+    """How far outwards it is moved at least where water within it tells its inner edge: there the
+    cross-sections tell its place but for the sharpest bends."""
     beside_widths: float = 0.15
     """How far beside its axis it is looked at, too."""
     step_px: float = 0.5
@@ -64,8 +69,12 @@ def bends_at_edges(
         if abs(ahead) < 0.1 * width:
             continue
         ahead /= abs(ahead)
-        edge = _edge_ahead(signal, complex(curve[k]), complex(ahead), level[k], width, settings)
-        if edge is None or abs(edge - half[k]) > settings.most_move_widths * width:
+        bend, way = complex(curve[k]), complex(ahead)
+        edge, has_slit = _edge_ahead(signal, bend, way, level[k], width, settings)
+        if edge is None:
+            continue
+        least = settings.least_move_with_slit_widths if has_slit else -settings.most_move_widths
+        if not least < (edge - half[k]) / width < settings.most_move_widths:
             continue
         weight = np.sqrt(np.clip(1 - np.abs(np.arange(len(curve)) - k) / reach, 0.0, None))
         moved = moved + weight * (edge - half[k]) * ahead
@@ -96,19 +105,21 @@ def _edge_ahead(
     level: float,
     width: float,
     settings: SharpBendSettings,
-) -> float | None:
-    """Return how far ahead of a bend the picture of the body ends.
+) -> tuple[float | None, bool]:
+    """Return how far ahead of a bend the picture of the body ends, and whether there is a slit.
 
-    None where it does not, and where a slit within the bend tells its inner edge.
+    None where it does not end. Water within the bend tells its inner edge.
     """
     most = (0.6 + settings.most_move_widths) * width
-    at = np.arange(-settings.most_move_widths * width, most, settings.step_px)
+    at = np.arange(-settings.slit_behind_widths * width, most, settings.step_px)
     beside = 1j * ahead * settings.beside_widths * width * np.array([-1.0, 0.0, 1.0])
     seen = interpolate(signal, bend + at[:, None] * ahead + beside).mean(axis=1)
     edge = settings.edge_over_body_level * level
     above = seen >= edge
-    if not above[0] or above[-1]:
-        return None
-    j = int((~above).argmax())
+    has_slit = not above[0]
+    first = int((at < 0).sum()) if has_slit else 0
+    if not above[first] or above[-1]:
+        return None, has_slit
+    j = first + int((~above[first:]).argmax())
     low, high = float(seen[j]), float(seen[j - 1])
-    return float(at[j]) - settings.step_px * (edge - low) / max(high - low, 1e-6)
+    return float(at[j]) - settings.step_px * (edge - low) / max(high - low, 1e-6), has_slit

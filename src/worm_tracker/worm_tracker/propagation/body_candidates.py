@@ -7,9 +7,12 @@ deformable one is fitted where that does not do.
 from dataclasses import dataclass, field, replace
 from math import log, sqrt
 
+import numpy as np
+
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel, end_displacement
+from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.deformable_fit import BodyFitSettings, fit_body
 from worm_tracker.midline.explained import (
     ExplainedSettings,
@@ -26,6 +29,8 @@ from worm_tracker.midline.path_following import (
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.regrow import RegrowSettings, regrown, stretched_bend
 from worm_tracker.midline.self_cover import lies_near_itself
+from worm_tracker.midline.strand_exchange import StrandExchangeSettings, exchanged_strands
+from worm_tracker.midline.strand_shift import StrandShiftSettings, shifted_strands
 from worm_tracker.worm_track import PropagatedBody
 
 
@@ -77,6 +82,8 @@ class PropagationSettings:
     most_fits_backwards: int = 12
     """Pictures in which a body may be fitted that does not slide there: many would take long."""
     regrow: RegrowSettings = field(default_factory=RegrowSettings)
+    exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)
+    shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
     explained: ExplainedSettings = field(default_factory=ExplainedSettings)
     path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
     fit: BodyFitSettings = field(default_factory=BodyFitSettings)
@@ -165,18 +172,38 @@ class CandidateSearch:
         found = self.scored(slid.path, model.widths)
         return replace(found, end_sd_px=(slid.ends[0].sd, slid.ends[1].sd))
 
+    def followed(self) -> Candidate | None:
+        """Return the last body slid along itself, its strands, bends and ends laid anew."""
+        found = self.slid(self.last)
+        if found is None:
+            return None
+        if self.over_limits(found) > 1:
+            found = self.regrown(found)
+        return self.exchanged(found)
+
+    def exchanged(self, found: Candidate) -> Candidate:
+        """Return a body with two strands exchanged where it is straighter and explains as much."""
+        width, settings = self.model.width, self.settings.exchange
+        path = exchanged_strands(found.path, width, settings)
+        again = None if path is None else self.slid(path)
+        if again is None or again.unexplained.total > found.unexplained.total + 0.1:
+            return found
+        if exchanged_strands(again.path, width, settings) is not None:
+            return found  # neither is straighter
+        return replace(again, path=replace(again.path, ways=found.path.ways))
+
     def regrown(self, found: Candidate) -> Candidate:
         """Return a body with bends or ends laid anew where that explains more of the object."""
         for _ in range(self.settings.most_stretches):
-            bent = stretched_bend(
-                found.path, found.unexplained.wanted, self.model.width, self.settings.regrow
-            )
-            if bent is None:
+            wanted = found.unexplained.wanted
+            paths = shifted_strands(found.path, wanted, self.model.width, self.settings.shift)
+            bent = stretched_bend(found.path, wanted, self.model.width, self.settings.regrow)
+            paths += [] if bent is None else [bent]
+            tried = [self.scored(path, self.model.widths) for path in paths]
+            best = min([found, *tried], key=lambda one: one.unexplained.total)
+            if best is found:
                 break
-            again = replace(self.scored(bent, self.model.widths), end_sd_px=found.end_sd_px)
-            if again.unexplained.total >= found.unexplained.total:
-                break
-            found = again
+            found = replace(best, end_sd_px=found.end_sd_px)
         near = self.settings.explained.end_widths * self.model.width
         if not found.unexplained.wants_near(found.path.points[[0, -1]], 2 * near):
             return found
@@ -232,8 +259,14 @@ class CandidateSearch:
         """Return a body with its agreement."""
         turn = sharpest_turn(path, self.model.width)
         kink = max(turn - self.settings.most_turn_rad_per_width, 0.0)
+        at = np.linspace(0, len(widths) - 1, len(path.curve))
         differs = unexplained(
-            self.mask, self.dark, path.points, widths, self.model.width, self.settings.explained
+            self.mask,
+            self.dark,
+            as_points(path.curve),  # finer than the midline's points: those cut hairpins short
+            np.interp(at, np.arange(len(widths)), widths),
+            self.model.width,
+            self.settings.explained,
         )
         if differs.left_over and not lies_near_itself(path.curve, self.model.width, path.step):
             near = self.settings.explained.end_widths * self.model.width

@@ -61,9 +61,7 @@ def propagate(
     found, which brings it below a pixel.
     """
     scene = CandidateSearch.of(detection, model, last, frames, settings)
-    slid = scene.slid(scene.last)
-    if slid is not None and scene.over_limits(slid) > 1:
-        slid = scene.regrown(slid)
+    slid = scene.followed()
     enough = last.expected_agreement - settings.most_agreement_lost_sliding
     if slid is not None and not scene.leaps(slid):
         over = scene.over_limits(slid)
@@ -94,6 +92,11 @@ def darkening_of(
         return None
     darkening = float(np.median(view.smooth[dark > 0]) / np.median(levels)) - 1
     return darkening if darkening < settings.most_darkening else None
+
+
+def coiled(detection: Detection, followed: Observation | None = None) -> Observation:
+    """Return the observation of an object without a midline that can be told."""
+    return Observation(Status.COILED, *detection.centroid(), followed=followed)
 
 
 def observation_of(
@@ -130,7 +133,7 @@ def propagate_back(
     opened: Observation,
     detections: Sequence[Detection],
     settings: PropagationSettings,
-) -> Iterator[Observation | None]:
+) -> Iterator[Observation]:
     """Propagate a midline back through the pictures before it.
 
     Parameters
@@ -145,9 +148,9 @@ def propagate_back(
 
     Yields
     ------
-    Observation or None
-        For each of these pictures, until the body no longer explains the object; None where it
-        does not explain all of it.
+    Observation
+        For each of these pictures, until the body no longer explains the object; a coil that is
+        followed where it does not explain all of it.
     """
     path = path_of(opened.points, None, model.width)
     last = PropagatedBody(path, opened.confidence, opened.confidence)
@@ -167,7 +170,8 @@ def propagate_back(
             return
         sure = found.agreement >= settings.least_agreement_backwards
         sure = sure and found.over_limits <= 1
-        yield observation_of(found, model, found.agreement, settings) if sure else None
+        observation = observation_of(found, model, found.agreement, settings)
+        yield observation if sure else coiled(detection, observation)
         before, last = last.points, found
 
 
@@ -176,7 +180,5 @@ def _slid_only(
 ) -> PropagatedBody | None:
     """Slide the worm's body along itself, and fit none anew; None where that leads nowhere."""
     scene = CandidateSearch.of(detection, model, last, 1, settings)
-    slid = scene.slid(scene.last)
-    if slid is not None and scene.over_limits(slid) > 1:
-        slid = scene.regrown(slid)
+    slid = scene.followed()
     return None if slid is None or scene.leaps(slid) else scene.in_picture(slid)

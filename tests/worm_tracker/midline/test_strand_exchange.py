@@ -1,0 +1,72 @@
+"""Where two strands meet, a body goes on the straighter way: it crosses itself, or turns back."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from worm_tracker.midline.path import BodyPath, evenly
+from worm_tracker.midline.strand_exchange import StrandExchangeSettings, exchanged_strands
+
+WIDTH = 15.0
+SETTINGS = StrandExchangeSettings()
+HEADINGS = st.floats(0.0, 6.28)
+
+
+def path_through(points, nodes=240):
+    return BodyPath(evenly(np.asarray(points, complex), nodes))
+
+
+def loop(heading, radius_widths=2.5, tail_widths=6.0):
+    """Return a body that crosses itself at right angles, and the same turned back there."""
+    r, tail = radius_widths * WIDTH, tail_widths * WIDTH
+    angle = np.linspace(-0.75 * np.pi, 0.75 * np.pi, 80)
+    round_ = np.sqrt(2) * r + r * np.exp(1j * angle)
+    far = round_[0] * 0 - tail * np.exp(1j * np.pi / 4 * np.array([-1, 1]))
+    straight = np.linspace(0.95, 0.05, 20)
+    into, out = far[1] * straight, far[0] * straight[::-1]
+    crossing = np.r_[into, round_, out]
+    touching = np.r_[into, round_[::-1], out]
+    turn = np.exp(1j * heading)
+    return crossing * turn, touching * turn
+
+
+def worst(a, b):
+    """Return how far apart two curves are at most, along both alike, in widths."""
+    return np.abs(evenly(a, 200) - evenly(b, 200)).max() / WIDTH
+
+
+@given(heading=HEADINGS)
+def test_a_body_that_crosses_itself_straight_on_stays(heading):
+    crossing, touching = loop(heading)
+    straight = crossing if bends(crossing) < bends(touching) else touching
+    assert exchanged_strands(path_through(straight), WIDTH, SETTINGS) is None
+
+
+@given(heading=HEADINGS)
+def test_a_body_with_two_kinks_where_its_strands_meet_is_passed_the_other_way_round(heading):
+    crossing, touching = loop(heading)
+    straight, kinked = sorted((crossing, touching), key=bends)
+    found = exchanged_strands(path_through(kinked), WIDTH, SETTINGS)
+    assert found is not None
+    assert worst(found.curve, straight) < 0.6
+    assert exchanged_strands(found, WIDTH, SETTINGS) is None
+
+
+def bends(line):
+    d = np.diff(line)
+    return np.abs(np.angle(d[1:] / d[:-1])).max()
+
+
+@pytest.mark.parametrize("gap_widths", [0.1, 0.3, 0.9])
+def test_two_strands_side_by_side_stay(gap_widths):
+    gap = gap_widths * WIDTH / 2
+    strand = WIDTH * np.linspace(-8, 0, 60)
+    turn = gap * np.exp(1j * np.linspace(np.pi / 2, -np.pi / 2, 9))
+    hairpin = np.r_[strand + 1j * gap, turn[1:-1], strand[::-1] - 1j * gap]
+    assert exchanged_strands(path_through(hairpin), WIDTH, SETTINGS) is None
+
+
+def test_an_open_body_stays():
+    line = 200 * np.exp(1j * np.linspace(0, 2.0, 100))
+    assert exchanged_strands(path_through(line), WIDTH, SETTINGS) is None
