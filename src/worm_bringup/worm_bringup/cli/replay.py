@@ -98,8 +98,8 @@ def replay(
     """Replay a bag of a past trial: every frame, none lost, the same bytes every time.
 
     Writes tracks.parquet, contacts.parquet, passages.parquet, summary.json, report.html, figures/
-    and bag/ into OUT, whole or not at all. A replay that is stopped leaves a checkpoint beside OUT, which
-    the same command goes on from with --resume.
+    and bag/ into OUT, whole or not at all. A replay that is stopped leaves a checkpoint beside OUT,
+    which the same command goes on from with --resume.
     """
     if resume and (processes or loop):
         given = "--processes" if processes else "--loop"

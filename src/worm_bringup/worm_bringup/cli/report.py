@@ -31,8 +31,8 @@ def report(
     """Pool trials and draw every figure of the paper, or write each trial's report anew.
 
     Each figure is in figures/ too, as SVG and PDF. With --out: one report.html without network,
-    what its figures show as CSV in tables/, and every number in summary.json. Trials are grouped by the width W of
-    the exit; intervals come from drawing trials again where there are five or more.
+    what its figures show as CSV in tables/, and every number in summary.json. Trials are grouped by
+    the width W of the exit; intervals allow for trials that differ where there are five or more.
 
     A trial that is incomplete or damaged, has no chamber, or is there twice, ends the command with
     one line that names it: leave it out yourself.
