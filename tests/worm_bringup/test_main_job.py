@@ -89,7 +89,7 @@ def test_the_report_opens_with_a_frame_of_the_bag_in_which_the_worm_is_where_it_
     assert np.mean(grey[v, u] < 100) > 0.95
     page = (larva / "report.html").read_text(encoding="utf-8")
     assert re.search(r'<figure id="([\w-]+)"', page)[1] == "fig-frame"
-    assert f"frame {row}, at" in page.replace("\xa0", " ").replace("\u2009", "")
+    assert f"Frame {row}, at" in page.replace("\xa0", " ").replace("\u2009", "")
 
 
 def test_every_frame_of_the_bag_has_a_row(larva):

@@ -17,6 +17,8 @@ from worm_msgs_py import Quantity
         (Quantity("tau_h", 1234.6, 1000.2, 1600.9), "1235 [1000 … 1601]"),
         (Quantity("w_s", 2.5), "2.50"),
         (Quantity("n_s", 0.0, 0.0, 83.1), "0 [0 … 83]"),
+        (Quantity("beta", 0.237, None, 0.951), "0.24 [≤ 0.95]"),
+        (Quantity("beta", 0.237, 0.101), "0.24 [≥ 0.10]"),
         (Quantity("none", None, why="why not"), "–"),
     ],
 )

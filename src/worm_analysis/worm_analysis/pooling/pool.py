@@ -8,8 +8,9 @@ from math import isfinite, nan
 import numpy as np
 
 from worm_analysis.pooling.pooled_trial import PooledTrial
+from worm_analysis.statistics.heterogeneity import same_number_p
 from worm_analysis.summary.definition import Definition
-from worm_analysis.summary.quantities import definitions
+from worm_analysis.summary.quantities import DEFINITIONS, definitions
 from worm_analysis.summary.settings import EstimateSettings
 from worm_analysis.summary.sums import Sums, TrialSums
 from worm_msgs_py import Quantity
@@ -150,6 +151,23 @@ class Pool:
         if quantity.low is not None or quantity.high is not None:
             way = BY_TRIALS if self.sums.resamples_trials(name) else WITHIN_TRIALS
         return Pooled(quantity, self.sums.trials_with(name), way)
+
+    def same_in_all_p(self, name: str) -> float:
+        """Return the probability that the trials' own values differ so much by chance alone.
+
+        NaN where fewer than two trials have a value with an interval.
+        """
+        own = [
+            DEFINITIONS[name].of(Sums([trial.sums], nan, trial.lag_s, self.sums.settings))
+            for trial in self.trials
+        ]
+        return same_number_p(
+            [
+                (q.value, q.low, q.high)
+                for q in own
+                if q.value is not None and q.low is not None and q.high is not None
+            ]
+        )
 
     def total(self, name: str) -> Floats:
         """Return the sums over all trials; empty where no trial has them."""

@@ -14,13 +14,11 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 def decimals_for(value: float, low: float | None = None, high: float | None = None) -> int:
     """Return how many decimals to write.
 
-    Two significant digits of the interval's shorter side; without an interval, three significant
-    digits of the value.
+    Two significant digits of the interval's shorter side, or of the one that it has; without an
+    interval, three significant digits of the value.
     """
-    half = 0.0
-    if low is not None and high is not None:
-        sides = [side for side in (value - low, high - value) if side > 0]
-        half = min(sides, default=0.0)
+    ends = [end for end in (low, high) if end is not None]
+    half = min((abs(end - value) for end in ends if end != value), default=0.0)
     if half > ROUNDING * abs(value) and isfinite(half):
         return max(0, 1 - floor(log10(half)))
     if value == 0 or not isfinite(value):
@@ -60,18 +58,23 @@ def with_deviation(value: float, deviation: float) -> str:
 
 
 def interval(quantity: Quantity) -> str:
-    """Write the 95 % interval, a dash where there is none."""
-    if quantity.value is None or quantity.low is None or quantity.high is None:
+    """Write the 95 % interval, or the end that the data bound; a dash where there is none."""
+    low, high = quantity.low, quantity.high
+    if quantity.value is None or (low is None and high is None):
         return "–"
-    decimals = decimals_for(quantity.value, quantity.low, quantity.high)
-    return f"{written(quantity.low, decimals)} … {written(quantity.high, decimals)}"
+    decimals = decimals_for(quantity.value, low, high)
+    if low is None:
+        return f"≤ {written(high, decimals)}"
+    if high is None:
+        return f"≥ {written(low, decimals)}"
+    return f"{written(low, decimals)} … {written(high, decimals)}"
 
 
 def value(quantity: Quantity) -> str:
     """Write the value with the digits that its interval supports."""
     if quantity.value is None:
         return "–"
-    if quantity.low is None and 0 < abs(quantity.value) < SMALL:
+    if quantity.low is quantity.high is None and 0 < abs(quantity.value) < SMALL:
         power = floor(log10(abs(quantity.value)))
         return f"{written(quantity.value / 10.0**power, 1)}·10{str(power).translate(_RAISED)}"
     return written(quantity.value, decimals_for(quantity.value, quantity.low, quantity.high))

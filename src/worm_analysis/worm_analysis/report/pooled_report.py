@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from worm_analysis.report.figure_files import (
 )
 from worm_analysis.report.report import counted_missing, templates, trial_context
 from worm_analysis.report.symbols import under_rule
-from worm_analysis.report.verdicts import headlines
+from worm_analysis.report.verdicts import headlines, trials_differ
 from worm_analysis.results import Results, read_results
 from worm_analysis.results.picture import read_kept_picture
 from worm_msgs_py import Comparison
@@ -251,7 +252,7 @@ def _render(
         pool=pool,
         widths=[part.width_mm for part, _ in data.by_width],
         everything=list(pool.numbers.values()),
-        headlines=headlines(data.quantity),
+        headlines=headlines(data.quantity, partial(trials_differ, pool)),
         counted_missing=counted_missing([found.quantity for found in pool.numbers.values()]),
         joint=answers_in_words(data),
         by_width=rows,

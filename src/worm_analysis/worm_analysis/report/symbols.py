@@ -20,8 +20,8 @@ SYMBOLS: dict[str, tuple[str, str, str]] = {
 """HTML, matplotlib's own markup, and meaning (HTML)."""
 
 UNITS = {"1": "", "deg": "°"}
-IN_NAMES = {"m": "m", "mm": "mm", "px": "px", "s": "s", "rad": "rad", "deg": "°", "mib": "MiB"}
-"""Units as names of settings end in them."""
+UNITS_IN_NAMES = {"deg": "°", "mib": "MiB", "mm_s": "mm/s"}
+"""Units as names of settings end in them, where they are not written so."""
 
 
 def html_symbol(name: str) -> str:
@@ -58,9 +58,10 @@ def under_rule(name: str) -> tuple[str, str]:
 
 def setting_in_words(key: str) -> str:
     """Return the name of a setting in words: ``max_bridged_s`` is ``max bridged (s)``."""
-    *words, last = key.split("_")
-    unit = IN_NAMES.get(last) if words else None
-    return " ".join(words) + f" ({unit})" if unit else key.replace("_", " ")
+    found = re.fullmatch(r"(.+?)_((?:mm_)?(?:m|mm|px|s|rad|deg|mib))", key)
+    if found is None or found[1].endswith("_per"):
+        return key.replace("_", " ")
+    return f"{found[1].replace('_', ' ')} ({UNITS_IN_NAMES.get(found[2], found[2])})"
 
 
 def choice_in_words(choice: object) -> str:

@@ -5,7 +5,10 @@ The words are HTML of ours; empty where there is nothing to be said.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
+from worm_analysis.pooling import Pool
+from worm_analysis.pooling.pool import WITHIN_TRIALS
 from worm_analysis.report.numbers import plain, with_interval
 from worm_analysis.report.panel import number_of
 from worm_analysis.report.symbols import html_symbol
@@ -45,19 +48,43 @@ class Headline:
     wrong: str
 
 
-def headlines(quantity: Numbers) -> list[Headline]:
-    """Return the five numbers with their verdicts."""
-    return [
-        Headline(
-            quantity(name),
-            number_of(quantity(name).n, DEFINITIONS[name].items),
-            beside_paper(quantity(name)),
-            not_exponential(quantity(name), quantity(f"{name}_exponential_p"))
-            if name != "t_per"
-            else not_one_exponential(quantity),
+def headlines(
+    quantity: Numbers, of_trials: Callable[[str], str] = lambda name: ""
+) -> list[Headline]:
+    """Return the five numbers with their verdicts.
+
+    Parameters
+    ----------
+    quantity : callable
+        From a name to the number.
+    of_trials : callable
+        From a name to what is wrong with a pool of trials; see `trials_differ`.
+    """
+    found = []
+    for name in HEADLINE:
+        number = quantity(name)
+        law = (
+            not_one_exponential(quantity)
+            if name == "t_per"
+            else not_exponential(number, quantity(f"{name}_exponential_p"))
         )
-        for name in HEADLINE
-    ]
+        n = number_of(number.n, DEFINITIONS[name].items)
+        wrong = ". ".join(filter(None, (law, of_trials(name))))
+        found.append(Headline(number, n, beside_paper(number), wrong))
+    return found
+
+
+def trials_differ(pool: Pool, name: str) -> str:
+    """Return that trials differ by more than their intervals allow, where the pool's ignores it."""
+    if pool.numbers[name].by != WITHIN_TRIALS:
+        return ""
+    p = pool.same_in_all_p(name)
+    if not p < REJECTED:
+        return ""
+    return (
+        f"The trials differ by more than their own intervals allow (Cochran’s test, <i>p</i> = "
+        f"{plain(p, 2)}): the interval is too narrow"
+    )
 
 
 def beside_paper(quantity: Quantity) -> str:
@@ -66,9 +93,10 @@ def beside_paper(quantity: Quantity) -> str:
         return "no verdict"
     if quantity.paper is None:
         return "the paper gives no number"
-    if quantity.low is None or quantity.high is None:
+    if quantity.low is None and quantity.high is None:
         return "no verdict: it has no interval"
-    if quantity.low <= quantity.paper <= quantity.high:
+    low, high = (-inf if quantity.low is None else quantity.low), quantity.high
+    if low <= quantity.paper <= (inf if high is None else high):
         return AS_IN_THE_PAPER
     side = "above" if quantity.value > quantity.paper else "below"
     if not quantity.paper or quantity.value / quantity.paper <= 0:
@@ -104,6 +132,8 @@ def not_one_exponential(quantity: Numbers) -> str:
 def against_paper(r: Quantity, *, expected: bool) -> str:
     """Return that a correlation is not as the paper finds it: positive where expected, else none.
 
+    Where the interval leaves that open nothing is said.
+
     Parameters
     ----------
     r : Quantity
@@ -114,8 +144,8 @@ def against_paper(r: Quantity, *, expected: bool) -> str:
     if r.value is None or r.low is None or r.high is None:
         return ""
     told = f"<i>r</i> = {with_interval(r)}"
-    if expected and r.low <= 0:
-        return f"The paper finds that it grows; that cannot be said here ({told})"
+    if expected and r.high <= 0:
+        return f"The paper finds that it grows; here it does not, {told}"
     if not expected and not r.low <= 0 <= r.high:
         return f"The paper finds no correlation; here there is one, {told}"
     return ""

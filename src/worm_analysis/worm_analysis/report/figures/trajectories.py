@@ -96,9 +96,10 @@ def _last_known(here: Any, seen: Any) -> Any:
 
 
 def _size(panels: int) -> tuple[float, float]:
+    above = 0.2  # the legend
     if panels == 1:
-        return COLUMN_IN, 0.9 * COLUMN_IN
-    return PAGE_IN, 0.9 * PAGE_IN / panels + (0.0 if panels == 2 else 0.25)
+        return COLUMN_IN, 0.9 * COLUMN_IN + above
+    return PAGE_IN, 0.9 * PAGE_IN / panels + above + (0.0 if panels == 2 else 0.25)
 
 
 def _draw_chamber(axes: Any, chamber: Chamber) -> None:

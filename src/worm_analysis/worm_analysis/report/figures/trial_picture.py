@@ -39,7 +39,7 @@ def trial_picture(results: Results, picture: TrialPicture | None) -> Panel:
         return Panel(**base, n=counted(0, "frames"), why=NONE_KEPT)
     tracks, row = results.tracks, picture.row
     number, time_s = int(tracks["frame"][row]), float(results.t_s[row])
-    n = f"frame {thousands(number)}, at {time_s:.1f} s"
+    n = f"Frame {thousands(number)}, at {time_s:.1f} s"
     figure = new_figure(PAGE_IN, 3.5)
     whole, close = figure.subplots(1, 2)
     chambers = [item for item in results.chambers if item.name == tracks["where"][row]]
