@@ -157,20 +157,31 @@ class Offline:
         return found
 
     def way_near_wall(self):
-        """Time and way of the phases near the wall, without the frames in which the head turns."""
-        time_s = way = 0.0
+        """Time and way of the phases near the wall, and the time that turns between frames cost.
+
+        A phase goes from its start to where it turns round first, and so on to its end.
+        """
+        time_s = way = lost_s = 0.0
         before = None
+        told = np.isfinite(self.contact)
         for e in self.episodes():
-            turn = self.theta[e["end"]] - self.theta[e["first"]]
-            spent_s = (e["end_ns"] - e["start_ns"]) / 1e9
-            told = np.isfinite(self.contact)
-            frames = max(told[e["first"] : e["end"]].sum(), 1)
-            if not e["depth"] > R / 4:
-                turned = before is not None and before * turn < 0
-                time_s += spent_s * (1 - 1 / frames if turned else 1)
-                way += e["distance"]
-            before = None if e["cut"] else turn
-        return time_s, way
+            here = slice(e["first"], e["end"])
+            ends = np.array([self.theta[e["first"]], self.theta[e["end"]]])
+            turn, spent_s = np.diff(ends)[0], (e["end_ns"] - e["start_ns"]) / 1e9
+            frames = max(told[here].sum(), 1)
+            upwards = 1 if turn >= 0 else -1
+            seen = upwards * np.append(ends, self.theta[here][told[here]])
+            beyond = np.array([upwards * ends[0] - seen.min(), seen.max() - upwards * ends[1]])
+            beyond[beyond <= (abs(turn) + 2 * beyond.sum()) / frames] = 0.0
+            signs = upwards * np.where(beyond > 0, -1, 1)
+            if not e["depth"] > 0.15 * R:
+                turned = before is not None and before * signs[0] < 0 and turn != 0
+                part = min((turned + np.sum(beyond > 0) / 2) / frames, 1.0)
+                time_s += spent_s * (1 - part)
+                lost_s += spent_s * part
+                way += e["distance"] + 2 * R * beyond.sum()
+            before = None if e["cut"] else signs[1] * (turn != 0)
+        return time_s, way, lost_s
 
     def excess(self, in_contact, cutoff, **rule):
         """Complete episodes above a cut-off, and what all above it exceed it by."""

@@ -8,7 +8,7 @@ class ThresholdContact:
     """Stands in for `HiddenContact`, so that what follows it can be held to plain computations."""
 
     law = DepthLaw(noise=LEAST_NOISE)
-    threshold_m = float("nan")
+    threshold_m = 0.0
 
     def push(self, stamp_ns, theta_rad, depth_m, head_m, threshold_m, *, in_mouth):
         if threshold_m != threshold_m:

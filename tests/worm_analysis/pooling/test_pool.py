@@ -146,7 +146,7 @@ def test_trials_that_differ_have_a_wider_interval_than_their_blocks(trials):
 
     def faster(trial):
         sums = dict(trial.sums)
-        sums["v_b"] = sums["v_b"] * [1.0, 2.0]
+        sums["v_b"] = sums["v_b"] * [1.0, 2.0, 1.0]
         return replace(trial, sums=sums, provenance={})
 
     plain = Pool.of([replace(trial, provenance={}) for trial in trials])

@@ -13,7 +13,7 @@ from worm_msgs_py import Distribution, EpisodeKind
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.units import NS_PER_S
 
-FAR_PART_OF_RADIUS = 0.25
+FAR_PART_OF_RADIUS = 0.15
 """An excursion that is deeper is not along the wall."""
 
 
@@ -88,7 +88,7 @@ class EpisodeSums:
         self._depths_by_time = ExcessBlocks(LENGTH_BIN_M, BLOCK_BINS)
         self._expected = BlockSums(8)
         self._plain = BlockSums(6)
-        self._speed = BlockSums(2)
+        self._speed = BlockSums(3)
         self._phase_before = (-1, 0.0)
         self.directions = CycleDirections()
 
@@ -117,18 +117,21 @@ class EpisodeSums:
     def _add_speed(self, closed: ClosedEpisode) -> None:
         """Add the time and the way of a phase near the wall: far from it R·θ̇_h is no speed.
 
-        Where the head turns round, the ways to and fro within one frame are lost, and so its time
-        is taken off.
+        Where the head turns round, a way to and fro between two frames is lost, and so its time is
+        taken off: a frame's on average between two episodes, half of one within an episode.
         """
-        episode = closed.episode
+        episode, (before_start, after_end) = closed.episode, closed.beyond_rad
         spent_s = (episode.end_ns - episode.start_ns) / NS_PER_S
         before_ns, before = self._phase_before
-        self._phase_before = (-1 if closed.cut else episode.end_ns, closed.turn_rad)
+        first, last = (-1 if beyond > 0 else 1 for beyond in closed.beyond_rad)
+        self._phase_before = (-1 if closed.cut else episode.end_ns, last * closed.turn_rad)
         if episode.delta_r_m > FAR_PART_OF_RADIUS * self._radius_m:
             return
-        if before_ns == episode.start_ns and before * closed.turn_rad < 0:
-            spent_s -= spent_s / max(closed.frames, 1)
-        self._speed.row(episode.start_ns)[:] += (spent_s, episode.distance_m)
+        turned = before_ns == episode.start_ns and first * before * closed.turn_rad < 0
+        frames = turned + (before_start > 0) / 2 + (after_end > 0) / 2
+        lost_s = spent_s * min(frames / max(closed.frames, 1), 1.0)
+        way_m = episode.distance_m + 2 * self._radius_m * (before_start + after_end)
+        self._speed.row(episode.start_ns)[:] += (spent_s - lost_s, way_m, lost_s)
 
     def _expect(self, closed: ClosedEpisode) -> None:
         """Add what the frames say of contacts, then of excursions, as `sums` returns it."""

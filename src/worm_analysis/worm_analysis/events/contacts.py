@@ -2,13 +2,16 @@
 
 from collections import deque
 from dataclasses import dataclass, field
-from math import nan
+from math import inf, nan
 
 from worm_analysis.events.excursion_depth import ExcursionDepth, RadiusNoise
 from worm_analysis.events.hidden_contact import ResolvedFrame
 from worm_analysis.kinematics.observables import incidence_angle
 from worm_msgs_py import Episode, EpisodeKind
 from worm_msgs_py.units import NS_PER_S
+
+TURN_DEVIATIONS = 4.0
+"""Of the noise: a way beyond the ends of an episode that is longer is the head's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +54,9 @@ class ClosedEpisode:
         Whether an excursion that was cut was on its way back: its Δr_h is known.
     expected : Expected
         What its frames add to the means of all episodes.
+    beyond_rad : (float, float)
+        How far the head went beyond the start of the episode, and beyond its end, where it turned
+        round within it: further than in a frame, and than noise may do. Else 0.
     """
 
     episode: Episode
@@ -62,6 +68,7 @@ class ClosedEpisode:
     cut: bool = False
     past_peak: bool = False
     expected: Expected = Expected()
+    beyond_rad: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(slots=True)
@@ -113,6 +120,8 @@ class _Run:
     frames: int = 0
     start_seen: bool = True
     before_rad: float = nan
+    low_rad: float = inf
+    high_rad: float = -inf
     expectation: _Expectation = field(default_factory=_Expectation)
 
     def take(self, frame: ResolvedFrame) -> None:
@@ -120,6 +129,8 @@ class _Run:
         self.expectation.go(frame.theta_rad - self.last_rad)
         self.expectation.take(frame)
         self.last_ns, self.last_rad = frame.stamp_ns, frame.theta_rad
+        self.low_rad = min(self.low_rad, frame.theta_rad)
+        self.high_rad = max(self.high_rad, frame.theta_rad)
         self.in_mouth &= frame.in_mouth
         if self.kind is EpisodeKind.FREE:
             self.depths.push(frame.depth_m)
@@ -128,7 +139,18 @@ class _Run:
         """Take in a run that follows."""
         self.frames += other.frames + 1
         self.last_ns, self.last_rad = other.last_ns, other.last_rad
+        self.low_rad = min(self.low_rad, other.low_rad)
+        self.high_rad = max(self.high_rad, other.high_rad)
         self.expectation.join(other.expectation)
+
+    def beyond(self, end_rad: float, frames: int, noise_rad: float) -> tuple[float, float]:
+        """Return how far θ_h went beyond start and end, 0 where no turn is told."""
+        above = self.high_rad - max(self.start_rad, end_rad)
+        below = min(self.start_rad, end_rad) - self.low_rad
+        way_rad = abs(end_rad - self.start_rad) + 2 * (max(above, 0.0) + max(below, 0.0))
+        least = max(TURN_DEVIATIONS * noise_rad, way_rad / max(frames, 1))
+        above, below = (way if way > least else 0.0 for way in (above, below))
+        return (below, above) if end_rad >= self.start_rad else (above, below)
 
 
 class Approach:
@@ -319,4 +341,5 @@ class ContactEpisodes:
             cut,
             not in_contact and cut and run.depths.is_past_peak,
             run.expectation.told(1.0 if turn_rad >= 0 else -1.0),
+            run.beyond(end_rad, frames, self.noise.deviation_m / self._radius_m),
         )

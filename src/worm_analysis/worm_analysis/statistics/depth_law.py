@@ -1,7 +1,7 @@
 """How R − r_h is spread in contact and out of it, under noise: fitted to a trial's own depths."""
 
 from dataclasses import dataclass, replace
-from math import pi, sqrt
+from math import exp, pi, sqrt
 
 import numpy as np
 from scipy.special import ndtr
@@ -11,11 +11,14 @@ from worm_msgs_py.arrays import Floats
 BINS_PER_THRESHOLD = 60
 FIRST_BIN, LAST_BIN = -8 * BINS_PER_THRESHOLD, 16 * BINS_PER_THRESHOLD
 """Depths are counted from 8 thresholds outside of the wall to 16 inside."""
-STRAY_CONTACTS = 0.02
-"""Part of the contacts that is anywhere below the threshold: a real wall is no Gaussian."""
-FAR = 0.1
-"""Part of the excursions that is anywhere: a worm that crosses the middle."""
+LIKELY_STRAY, PRIOR_FRAMES = 0.03, 0.3
+"""Of the contacts, as a prior that weighs so much beside the trial: noise hides which they are."""
+STRAY_WITHIN, FAR_WITHIN = (0.002, 0.3), (0.005, 0.5)
 FAR_THRESHOLDS = 80.0
+LEFT_UPTO = 1.0
+"""Deviation beyond the mean up to which a depth in contact shows the noise, and no flank."""
+LEFT_OUT, LEFT_OUT_MEAN, LEFT_OUT_SQUARE = 0.1587, 1.5251, 2.5251
+"""Beyond that: the part of a normal law, its mean and mean square there, in deviations."""
 LEAST_NOISE, MOST_NOISE = 0.5 / BINS_PER_THRESHOLD, 1.0
 """In thresholds."""
 MOST_KEPT = 0.9
@@ -27,8 +30,10 @@ ROUNDS = 60
 class DepthLaw:
     """The law of R − r_h, in thresholds of contact (0.3 d_w).
 
-    In contact it is normal, out of contact exponential from the threshold on, and both are blurred
-    by the noise. A wall that is drawn too far out or in shows as a head that touches beyond the
+    In contact it is normal, but for stray contacts, which are anywhere up to the threshold: flanks
+    of excursions, and those that stay below it. Out of contact it is exponential from the threshold
+    on, but for a part that is anywhere: a worm that crosses the middle. All are blurred by the
+    noise. A wall that is drawn too far out or in shows as a head that touches beyond the
     threshold's half, or outside: the threshold moves with it.
 
     Attributes
@@ -36,11 +41,13 @@ class DepthLaw:
     touch, noise : float
         Mean and standard deviation in contact.
     excursion : float
-        Mean of what an excursion is deeper than the threshold, by time.
+        Mean of what an excursion is deeper than the threshold, by time, those far away left out.
     share : float
         Part of the time in contact.
     kept : float
         Correlation of the noise from frame to frame, 0 to `MOST_KEPT`.
+    stray, far : float
+        Parts of the time in contact, and out of it, that are anywhere.
     """
 
     touch: float = 1 / 3
@@ -48,6 +55,8 @@ class DepthLaw:
     excursion: float = 8.0
     share: float = 0.5
     kept: float = 0.0
+    stray: float = LIKELY_STRAY
+    far: float = 0.1
 
     @property
     def edge(self) -> float:
@@ -59,17 +68,16 @@ class DepthLaw:
         """The noise, 0 where it is not told from the width of a bin."""
         return self.noise if self.noise > 2 * LEAST_NOISE else 0.0
 
-    def densities(self, depth: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return the densities in contact (normal, and stray) and out of contact."""
+    def densities(self, depth: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return the densities, by parts: contact, stray contact; excursion, one far away."""
         noise, edge = self.noise, self.edge
         z = (depth - self.touch) / noise
-        normal = np.exp(-z * z / 2) / (noise * sqrt(2 * pi))
+        normal = (1 - self.stray) * np.exp(-z * z / 2) / (noise * sqrt(2 * pi))
         inside = ndtr((depth - edge) / noise)
-        low = min(0.0, self.touch)
-        stray = (ndtr((depth - low) / noise) - inside) / (edge - low)
+        stray = self.stray * (ndtr(z) - inside) / (edge - self.touch)
         over = np.maximum(depth - edge, 0.0)
-        broad = (1 - FAR) * np.exp(-over / self.excursion) / self.excursion + FAR / FAR_THRESHOLDS
-        return normal, stray, broad * inside
+        near = (1 - self.far) * np.exp(-over / self.excursion) / self.excursion
+        return normal, stray, near * inside, self.far / FAR_THRESHOLDS * inside
 
     def log_odds(self, depth: Floats) -> Floats:
         """Return ln(density in contact/density out of it).
@@ -77,10 +85,9 @@ class DepthLaw:
         Each frame counts in full, although noise may stay for several: that the tails of both laws
         are known tells excursions from noise, and half the weight misses a tenth of them.
         """
-        normal, stray, free = self.densities(depth)
-        contact = (1 - STRAY_CONTACTS) * normal + STRAY_CONTACTS * stray
+        normal, stray, near, far = self.densities(depth)
         tiny = 1e-30
-        return np.asarray(np.log(contact + tiny) - np.log(free + tiny))
+        return np.asarray(np.log(normal + stray + tiny) - np.log(near + far + tiny))
 
 
 def fit_depth_law(counts: Floats, beyond: tuple[float, float], kept: float) -> DepthLaw:
@@ -117,22 +124,47 @@ def _densest(depth: Floats, counts: Floats) -> float:
 
 
 def _better(law: DepthLaw, depth: Floats, counts: Floats, beyond: tuple[float, float]) -> DepthLaw:
-    normal, stray, free = law.densities(depth)
-    normal, stray = law.share * (1 - STRAY_CONTACTS) * normal, law.share * STRAY_CONTACTS * stray
-    free = (1 - law.share) * free
-    every = normal + stray + free + 1e-300
-    in_normal, in_free = counts * normal / every, counts * free / every
-    n, n_free = float(in_normal.sum()), float(in_free.sum()) + beyond[0]
-    total = float(counts.sum()) + beyond[0]
+    """Return the law after one round; `beyond` as in `fit_depth_law`."""
+    in_contact, out = law.share, 1 - law.share
+    weights = (in_contact, in_contact, out, out)
+    parts = [w * part for w, part in zip(weights, law.densities(depth), strict=True)]
+    per_density = counts / (sum(parts) + 1e-300)
+    normal, stray, near, far = (per_density * part for part in parts)
+    n, n_stray = float(normal.sum()), float(stray.sum())
     if n < 1.0:
         return law
-    touch = min(max(float(in_normal @ depth) / n, -2.0), 1.0)
-    noise = sqrt(float(in_normal @ (depth - touch) ** 2) / n)
-    over = float(in_free @ np.maximum(depth - law.edge, 0.0)) + beyond[1] - law.edge * beyond[0]
+    touch, noise = _left_normal(law, depth, normal)
+    deep, deep_m = beyond[0], beyond[1] - law.edge * beyond[0]
+    odds = law.far / (1 - law.far) * law.excursion / FAR_THRESHOLDS
+    odds *= exp(min(deep_m / deep / law.excursion, 60.0)) if deep else 0.0
+    deep_near = 1 / (1 + odds)
+    n_near, n_far = float(near.sum()) + deep_near * deep, float(far.sum()) + (1 - deep_near) * deep
+    over = float(near @ np.maximum(depth - law.edge, 0.0)) + deep_near * deep_m
+    prior = PRIOR_FRAMES * n
     return DepthLaw(
-        touch,
+        min(max(touch, -2.0), 1.0),
         min(max(noise, LEAST_NOISE), MOST_NOISE),
-        min(max(over / max(n_free, 1.0), 1.0), 40.0),
-        min(max(1 - n_free / total, 0.02), 0.98),
+        min(max(over / max(n_near, 1.0), 1.0), 40.0),
+        min(max((n + n_stray) / (float(counts.sum()) + deep), 0.02), 0.98),
         law.kept,
+        float(np.clip((n_stray + prior * LIKELY_STRAY) / (n + n_stray + prior), *STRAY_WITHIN)),
+        float(np.clip(n_far / max(n_near + n_far, 1.0), *FAR_WITHIN)),
     )
+
+
+def _left_normal(law: DepthLaw, depth: Floats, normal: Floats) -> tuple[float, float]:
+    """Return mean and deviation in contact from the depths at the wall's side of it.
+
+    Flanks of excursions lie on the other side and would be taken for noise: what is there is
+    replaced by what a normal law has there.
+    """
+    left = depth < law.touch + LEFT_UPTO * law.noise
+    depth, weight = depth[left], normal[left]
+    seen = float(weight.sum())
+    unseen = seen * LEFT_OUT / (1 - LEFT_OUT)
+    mean = law.touch + LEFT_OUT_MEAN * law.noise
+    touch = (float(weight @ depth) + unseen * mean) / max(seen + unseen, 1e-300)
+    off = law.touch - touch
+    square = (LEFT_OUT_SQUARE * law.noise + 2 * LEFT_OUT_MEAN * off) * law.noise + off * off
+    squares = float(weight @ (depth - touch) ** 2) + unseen * square
+    return touch, sqrt(squares / max(seen + unseen, 1e-300))

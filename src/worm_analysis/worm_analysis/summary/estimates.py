@@ -63,6 +63,22 @@ def mean(name: str) -> Estimator:
     return lambda sums: _symmetric(sums.units(name), _second_over_first)
 
 
+def way_over_time(name: str) -> Estimator:
+    """Return the estimator of a way over a time, from the time, the way and the time taken off.
+
+    How long the ways are that turns hide between frames is known on average only: the interval is
+    wider by half of the time that was taken off for them.
+    """
+
+    def estimate(sums: Sums) -> Interval:
+        value, low, high = mean(name)(sums)
+        spent_s, _, lost_s = sums.total(name)
+        half = value * lost_s / spent_s / 2
+        return value, low - half, high + half
+
+    return estimate
+
+
 def slope(name: str) -> Estimator:
     """Return the estimator of a line through the origin, from sums of 1, x·y and x²."""
     return lambda sums: _symmetric(sums.units(name), lambda rows: over(rows[:, 1], rows[:, 2]))

@@ -212,8 +212,8 @@ MOTION = (
     ),
     Definition(
         "v_b", "mm/s", "⟨|<i>v</i><sub>b</sub>|⟩", r"$\langle |v_b| \rangle$",
-        "tangential speed within contacts and excursions near the wall", "v_b", by.mean("v_b"),
-        "seconds near the wall", scale=MM_PER_M, bounds=(0.0, inf),
+        "tangential speed within contacts and excursions near the wall", "v_b",
+        by.way_over_time("v_b"), "seconds near the wall", scale=MM_PER_M, bounds=(0.0, inf),
     ),
     Definition(
         "v_b_mean", "mm/s", "⟨<i>v</i><sub>b</sub>⟩", r"$\langle v_b \rangle$",
