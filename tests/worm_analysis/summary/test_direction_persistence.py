@@ -12,6 +12,7 @@ from worm_analysis.summary.direction_persistence import (
     fall_over_decay,
     fall_time,
     persistence_time,
+    tail_excess,
 )
 from worm_analysis.summary.quantities import DEFINITIONS
 from worm_analysis.summary.sums import Sums
@@ -55,8 +56,10 @@ def holds(interval, truth):
 
 def test_one_exponential_falls_to_one_e_in_its_decay_time():
     rng = np.random.default_rng(1)
-    estimates = [(fall_time, 10.0), (persistence_time, 10.0), (fall_over_decay, 1.0)]
-    held = np.zeros(3)
+    estimates = [
+        (fall_time, 10.0), (persistence_time, 10.0), (fall_over_decay, 1.0), (tail_excess, 0.0),
+    ]  # fmt: skip
+    held = np.zeros(4)
     for _ in range(40):
         found = units(telegraph(rng, 1800.0, 10.0))
         held += [holds(estimate(*found), truth) for estimate, truth in estimates]
@@ -66,16 +69,18 @@ def test_one_exponential_falls_to_one_e_in_its_decay_time():
 def test_a_decay_of_two_times_is_told_from_one_exponential_and_its_intervals_hold():
     rng = np.random.default_rng(2)
     long = units(with_bursts(rng, 200_000.0))
-    truth = [estimate(*long)[0] for estimate in (fall_time, fall_over_decay)]
+    estimates = (fall_time, fall_over_decay, tail_excess)
+    truth = [estimate(*long)[0] for estimate in estimates]
     assert truth[1] > 1.2
+    assert truth[2] > 0.1
     assert fall_over_decay(*long)[1] > 1
-    held = np.zeros(2)
+    held, told = np.zeros(3), 0
     for _ in range(40):
         found = units(with_bursts(rng, 1800.0))
-        held += [
-            holds(e(*found), t) for e, t in zip((fall_time, fall_over_decay), truth, strict=True)
-        ]
+        told += tail_excess(*found)[1] > 0
+        held += [holds(e(*found), t) for e, t in zip(estimates, truth, strict=True)]
     assert (held >= 34).all(), held
+    assert told >= 34, "a tail is told in a single trial"
 
 
 def test_the_time_to_one_e_is_where_the_curve_crosses_it():
@@ -119,8 +124,8 @@ def test_a_track_that_is_too_short_for_its_decay_says_so():
         fall_time(*found)
 
 
-@pytest.mark.parametrize("name", ["t_1e", "t_1e_over_t_per"])
-def test_both_are_numbers_of_the_table_with_n_and_an_interval(name):
+@pytest.mark.parametrize("name", ["t_1e", "t_1e_over_t_per", "c_theta_tail"])
+def test_they_are_numbers_of_the_table_with_n_and_an_interval(name):
     found, lag_s = units(telegraph(np.random.default_rng(6), 1800.0, 5.0))
     sums = Sums([{"c_theta": found._trials[0], "pixel": np.array([[1.0, 1e-4]])}], lag_s=lag_s)
     definition: Definition = DEFINITIONS[name]

@@ -6,6 +6,9 @@ from typing import Any
 
 from worm_analysis.wording import items_in_words
 
+WIDE_IN = 4.0
+"""Figures from this width on have a row of the page to themselves."""
+WITH_TABLE = ("fig-model",)
 THIN_SPACE = "\u2009"
 
 
@@ -50,6 +53,15 @@ class Panel:
     alt: str = ""
     label: str = ""
     tables: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def is_column(self) -> bool:
+        """Whether it stands beside another: it has a narrow figure and no table below."""
+        return (
+            self.figure is not None
+            and self.figure.get_figwidth() < WIDE_IN
+            and self.key not in WITH_TABLE
+        )
 
     @property
     def name(self) -> str:

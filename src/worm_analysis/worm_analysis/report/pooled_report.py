@@ -242,7 +242,7 @@ def _render(
     from worm_analysis.report.figures.joint_question import answers_in_words
 
     pool = data.pool
-    shown = [name for name in pool.numbers if not under_rule(name)[1]]
+    shown = {name: item for name, item in pool.numbers.items() if not under_rule(name)[1]}
     rows = [[numbers[name] for _, numbers in data.by_width] for name in shown]
     context = {} if single is None else trial_context(single)
     return templates().get_template("pooled.html.j2").render(
@@ -251,9 +251,9 @@ def _render(
         title=_title(pool),
         pool=pool,
         widths=[part.width_mm for part, _ in data.by_width],
-        everything=list(pool.numbers.values()),
+        everything=list(shown.values()),
         headlines=headlines(data.quantity, partial(trials_differ, pool)),
-        counted_missing=counted_missing([found.quantity for found in pool.numbers.values()]),
+        counted_missing=counted_missing([found.quantity for found in shown.values()]),
         joint=answers_in_words(data),
         by_width=rows,
         missing_by_width=_missing(rows),

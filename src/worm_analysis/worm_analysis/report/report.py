@@ -9,7 +9,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from worm_analysis.report import numbers, symbols
-from worm_analysis.report.figure_files import FIGURES_FOLDER, drawn_panels, source_name
+from worm_analysis.report.figure_files import FIGURES_FOLDER, Drawn, drawn_panels, source_name
 from worm_analysis.report.panel import thousands
 from worm_analysis.report.verdicts import REJECTED, headlines
 from worm_analysis.results import Results, read_results
@@ -68,6 +68,7 @@ def render(results: Results, picture: TrialPicture | None, figures: Path) -> str
     with style():
         opening, panels = opening_panels(results, picture), trial_panels(results)
     drawn = drawn_panels([*opening, *panels], figures, _figure_provenance(results.provenance))
+    own = [item for item in results.quantities if not symbols.under_rule(item.name)[1]]
     return (
         templates()
         .get_template("report.html.j2")
@@ -79,9 +80,16 @@ def render(results: Results, picture: TrialPicture | None, figures: Path) -> str
             opening=drawn[: len(opening)],
             panels=drawn[len(opening) :],
             headlines=headlines(results.quantity),
-            counted_missing=counted_missing(results.quantities),
+            own_numbers=own,
+            counted_missing=counted_missing(own),
         )
     )
+
+
+def lone_column(drawn: Sequence[Drawn]) -> list[str]:
+    """Return the key of the column that has none beside it: the last one of an odd number."""
+    columns = [panel.key for panel, _ in drawn if panel.is_column]
+    return columns[-1:] if len(columns) % 2 else []
 
 
 def counted_missing(quantities: Sequence[Quantity]) -> str:
@@ -112,7 +120,7 @@ def templates() -> Environment:
     for name in ("html_symbol", "meaning"):
         found.filters[name] = _as_markup(getattr(symbols, name))
     found.filters["markup"] = Markup  # ours; what a trial is called in it is escaped
-    found.filters["rule"] = lambda name: symbols.under_rule(name)[1]
+    found.filters["lone_column"] = lone_column
     found.filters["setting_in_words"] = symbols.setting_in_words
     found.filters["choice_in_words"] = symbols.choice_in_words
     found.globals["rejected"] = REJECTED

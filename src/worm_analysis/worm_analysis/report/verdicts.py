@@ -5,7 +5,8 @@ The words are HTML of ours; empty where there is nothing to be said.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf
+from math import inf, log
+from statistics import NormalDist
 
 from worm_analysis.pooling import Pool
 from worm_analysis.pooling.pool import WITHIN_TRIALS
@@ -19,8 +20,9 @@ HEADLINE = ("d_c", "d_nc", "v_w", "t_per", "success")
 """The five numbers that open a report: each has a value in the paper's text."""
 REJECTED = 0.01
 """A law is rejected where chance alone gives a fit as bad less often: a page has many tests."""
+WIDER = NormalDist().inv_cdf(1 - REJECTED / 2) / NormalDist().inv_cdf(0.975)
+"""What a 95 % interval is widened by, to be one of the level at which a law is rejected."""
 AS_IN_THE_PAPER = "agrees with the paper"
-ONE_SHAPE = 1.0
 
 Numbers = Callable[[str], Quantity]
 """From a name to the number."""
@@ -108,7 +110,7 @@ def not_exponential(quantity: Quantity, p: Quantity) -> str:
     """Return that an exponential law with a number as its mean is rejected, if it is."""
     if quantity.value is None or p.value is None or p.value >= REJECTED:
         return ""
-    chance = f"= {plain(p.value, 2)}" if p.value >= 1e-4 else "< 0.0001"
+    chance = f"= {plain(p.value, 2)}" if p.value >= 1e-4 else "&lt; 0.0001"
     return (
         f"{html_symbol(quantity.name)}: an exponential law is rejected (Anderson and Darling’s "
         f"test, <i>p</i> {chance}, <i>n</i> = {p.n}); its mean says less than it seems to"
@@ -117,16 +119,31 @@ def not_exponential(quantity: Quantity, p: Quantity) -> str:
 
 def not_one_exponential(quantity: Numbers) -> str:
     """Return that C_θ does not decay as the exponential that is fitted to it, if it does not."""
-    ratio, fitted, fall = map(quantity, ("t_1e_over_t_per", "t_per", "t_1e"))
-    if ratio.value is None or ratio.low is None or ratio.high is None:
-        return ""
-    if ratio.low <= ONE_SHAPE <= ratio.high:
-        return ""
-    return (
-        f"<i>C</i><sub>θ</sub> is not one exponential: the fit decays in {with_interval(fitted)} s "
-        f"but the curve falls to 1/e at {with_interval(fall)} s, {with_interval(ratio)} times as "
-        "late"
-    )
+    ratio, tail, fitted, fall = map(quantity, ("t_1e_over_t_per", "c_theta_tail", "t_per", "t_1e"))
+    said = []
+    if _rejects(ratio, 1.0):
+        said.append(
+            f"the fit decays in {with_interval(fitted)} s but the curve falls to 1/e at "
+            f"{with_interval(fall)} s, a ratio of {with_interval(ratio)}"
+        )
+    if _rejects(tail, 0.0):
+        side = "above" if tail.value is not None and tail.value > 0 else "below"
+        said.append(
+            f"from 1.5 to 4 {html_symbol('t_per')} the curve lies {side} the fit, by "
+            f"{with_interval(tail)}"
+        )
+    return "<i>C</i><sub>θ</sub> is not one exponential: " + "; ".join(said) if said else ""
+
+
+def _rejects(quantity: Quantity, number: float) -> bool:
+    """Whether a number lies outside of the 99 % interval; on a log scale, where it is not 0."""
+    if quantity.value is None or quantity.low is None or quantity.high is None:
+        return False
+    ends = [quantity.value, quantity.low, quantity.high, number]
+    if number:
+        ends = [log(end) for end in ends]
+    middle, low, high, number = ends
+    return not middle - WIDER * (middle - low) <= number <= middle + WIDER * (high - middle)
 
 
 def against_paper(r: Quantity, *, expected: bool) -> str:

@@ -19,6 +19,10 @@ FEWEST_PARTS_AT_LAG = 5
 NORMAL = 1.959964
 """Half the width of a 95 % interval in standard deviations, where the parts are many."""
 ONE_E = exp(-1.0)
+TAIL = (1.5, 4.0)
+"""Lags of the tail, in t_per."""
+FEWEST_IN_TAIL = 0.1
+"""Pairs that each of them needs, as a part of those at lag 0."""
 SLOPE_SPAN = 0.25
 """The slope of C_θ where it is 1/e is that of the lags this part of the time around it."""
 
@@ -125,8 +129,39 @@ def fall_over_decay(units: Units, lag_s: Floats) -> Interval:
     return _on_log_scale(at_s / decay_s, half)
 
 
+def tail_excess(units: Units, lag_s: Floats) -> Interval:
+    """Return by how much C_θ lies above its exponential fit on average, from 1.5 to 4 t_per.
+
+    0 where C_θ is one exponential. A direction that is lost for moments and kept for long has its
+    1/e where the fit has it, and a tail that the fit has not.
+
+    Raises
+    ------
+    NotEnoughData
+        There is no t_per, or too few pairs at these lags.
+    """
+    c, pairs = correlation_curve(units)
+    decay_s = persistence_time(units, lag_s)[0]
+    of_fit = _of_fit(units, lag_s, decay_s)
+    inside = (lag_s >= TAIL[0] * decay_s) & (lag_s <= TAIL[1] * decay_s)
+    if not inside.any() or (pairs[inside] < FEWEST_IN_TAIL * pairs[0]).any():
+        raise NotEnoughData("not enough data at lags of several decay times")
+    weight = np.where(inside, np.gradient(lag_s), 0.0)
+    weight /= weight.sum()
+    fit = np.exp(-lag_s / decay_s)
+    value = float(np.sum((np.nan_to_num(c) - fit) * weight))
+    turn = float(np.sum(weight * lag_s / decay_s * fit))
+
+    def response(rows: Floats) -> Floats:
+        answered: Floats = _residuals(rows, c) @ (weight / np.maximum(pairs, 1))
+        return answered - turn * of_fit(rows)
+
+    half = _half_width(units, response)
+    return value, value - half, value + half
+
+
 Response = Callable[[Floats], Floats]
-"""From the sums of each part to what it changes in the logarithm of a number."""
+"""From the sums of each part to what it changes in a number, or in its logarithm."""
 
 
 def _refuse_short(
@@ -141,7 +176,7 @@ def _refuse_short(
 
 
 def _half_width(units: Units, response: Response) -> float:
-    """Return half of the 95 % interval of a logarithm, from its linear response to each part."""
+    """Return half of a 95 % interval, from the linear response to each part."""
     half = nan
     for rows in units.levels():
         k = len(rows)

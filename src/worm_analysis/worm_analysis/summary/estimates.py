@@ -27,6 +27,7 @@ from worm_analysis.summary.direction_persistence import (
     fall_over_decay,
     fall_time,
     persistence_time,
+    tail_excess,
 )
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.arrays import Floats
@@ -395,3 +396,8 @@ def time_to_one_e(sums: Sums) -> Interval:
 def one_exponential(sums: Sums) -> Interval:
     """Interval the time to 1/e over t_per."""
     return fall_over_decay(sums.units("c_theta"), sums.lag_s)
+
+
+def above_one_exponential(sums: Sums) -> Interval:
+    """Interval the mean of C_θ above its fit at several decay times."""
+    return tail_excess(sums.units("c_theta"), sums.lag_s)

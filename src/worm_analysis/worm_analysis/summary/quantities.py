@@ -206,6 +206,11 @@ MOTION = (
         by.one_exponential, "moments with a direction",
     ),
     Definition(
+        "c_theta_tail", "1", "<i>C</i><sub>θ</sub> − fit", r"$C_\theta$ − fit",
+        "mean from 1.5 to 4 t<sub>per</sub>; 0 where C<sub>θ</sub> is one exponential", "c_theta",
+        by.above_one_exponential, "moments with a direction",
+    ),
+    Definition(
         "v_w", "mm/s", "<i>v</i><sub>w</sub>", "$v_w$",
         "from v<sub>b</sub> = v<sub>w</sub> sin ψ<sub>b</sub>", "v_w", by.slope("v_w"),
         "windows of time with a speed and a body angle", scale=MM_PER_M,

@@ -13,6 +13,8 @@ from worm_msgs_py import Chamber
 from worm_msgs_py.contract.body import KEYPOINTS
 
 WALL_COLOUR, MIDLINE_COLOUR = "#E69F00", "#F0E442"
+SHOWN_LEVELS = (0.001, 0.999)
+"""Quantiles of the grey levels that are drawn black and white."""
 PASSAGE_SHOWN_R = 0.4
 """So much of the passage is drawn, in units of R."""
 NONE_KEPT = (
@@ -20,12 +22,12 @@ NONE_KEPT = (
     "table of tracks has none"
 )
 _READING = (
-    "One frame as the camera took it, not straightened and not sharpened. Left: the chamber. "
-    "Orange: the wall’s circle and the walls of the exit’s passage, as calibrated. Right: the "
-    "worm, enlarged. Yellow: its midline. Blue: tip of the head; red: centroid of the body’s area; "
-    "green: tip of the tail. The frame is chosen by rule: of those with a whole body and a certain "
-    "head, at the wall if there are any, the one whose midline the tracker trusts most. It says "
-    "how well the best frames are tracked, not how well all are."
+    "One frame as the camera took it, its grey levels stretched to the whole range. Left: the "
+    "chamber. Orange: the wall’s circle and the walls of the exit’s passage, as calibrated. Right: "
+    "the worm, enlarged. Yellow: its midline. Blue: tip of the head; red: centroid of the body’s "
+    "area; green: tip of the tail. The frame is chosen by rule: of those with a whole body and a "
+    "certain head, at the wall if there are any, the one whose midline the tracker trusts most. It "
+    "says how well the best frames are tracked, not how well all are."
 )
 
 
@@ -90,12 +92,13 @@ def _square(uv: list[Any], margin: float) -> tuple[float, float, float]:
 
 def _show(axes: Any, picture: TrialPicture, u: float, v: float, half: float) -> None:
     """Show the part of the picture that is in view, at its own resolution."""
+    low, high = np.quantile(picture.grey, SHOWN_LEVELS)
     height, width = picture.grey.shape
     left, right = max(0, int(u - half)), min(width, int(u + half) + 2)
     top, bottom = max(0, int(v - half)), min(height, int(v + half) + 2)
     axes.imshow(
-        picture.grey[top:bottom, left:right], cmap="gray", vmin=0.0, vmax=1.0, interpolation="none",
-        extent=(left - 0.5, right - 0.5, bottom - 0.5, top - 0.5),
+        picture.grey[top:bottom, left:right], cmap="gray", vmin=low, vmax=high,
+        interpolation="none", extent=(left - 0.5, right - 0.5, bottom - 0.5, top - 0.5),
     )  # fmt: skip
     axes.set_xlim(u - half, u + half)
     axes.set_ylim(v + half, v - half)
