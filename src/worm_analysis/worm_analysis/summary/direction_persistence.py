@@ -113,7 +113,9 @@ def fall_time(
     return _on_log_scale(at_s, _half_width(units, response))
 
 
-def fall_over_decay(units: Units, lag_s: Floats) -> Interval:
+def fall_over_decay(
+    units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
+) -> Interval:
     """Return the time to 1/e over t_per: 1 where C_θ is one exponential.
 
     Both rest on the same pairs and err together, so this is told better than either.
@@ -123,13 +125,16 @@ def fall_over_decay(units: Units, lag_s: Floats) -> Interval:
     NotEnoughData
         Where one of the two cannot be had.
     """
-    decay_s, at_s = persistence_time(units, lag_s)[0], fall_time(units, lag_s)[0]
+    decay_s = persistence_time(units, lag_s, shortest_track)[0]
+    at_s = fall_time(units, lag_s, shortest_track)[0]
     (_, of_fall), of_fit = _of_fall(units, lag_s), _of_fit(units, lag_s, decay_s)
     half = _half_width(units, lambda rows: of_fall(rows) - of_fit(rows))
     return _on_log_scale(at_s / decay_s, half)
 
 
-def tail_excess(units: Units, lag_s: Floats) -> Interval:
+def tail_excess(
+    units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
+) -> Interval:
     """Return by how much C_θ lies above its exponential fit on average, from 1.5 to 4 t_per.
 
     0 where C_θ is one exponential. A direction that is lost for moments and kept for long has its
@@ -141,7 +146,7 @@ def tail_excess(units: Units, lag_s: Floats) -> Interval:
         There is no t_per, or too few pairs at these lags.
     """
     c, pairs = correlation_curve(units)
-    decay_s = persistence_time(units, lag_s)[0]
+    decay_s = persistence_time(units, lag_s, shortest_track)[0]
     of_fit = _of_fit(units, lag_s, decay_s)
     inside = (lag_s >= TAIL[0] * decay_s) & (lag_s <= TAIL[1] * decay_s)
     if not inside.any() or (pairs[inside] < FEWEST_IN_TAIL * pairs[0]).any():

@@ -23,12 +23,6 @@ from worm_analysis.statistics.unseen_episodes import (
     per_true_cycle,
     unmerged_means,
 )
-from worm_analysis.summary.direction_persistence import (
-    fall_over_decay,
-    fall_time,
-    persistence_time,
-    tail_excess,
-)
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.intervals import Interval, exponential_mean, fraction, poisson_rate
@@ -381,23 +375,8 @@ def penetration_part(part: str) -> Estimator:
     return estimate
 
 
-def decay_time(sums: Sums) -> Interval:
-    """Interval t_per, s."""
-    return persistence_time(
+def persistence(estimate: Callable[[Units, Floats, float], Interval]) -> Estimator:
+    """Return the estimator of a number of C_θ: see `direction_persistence`."""
+    return lambda sums: estimate(
         sums.units("c_theta"), sums.lag_s, sums.settings.shortest_track_in_t_per
     )
-
-
-def time_to_one_e(sums: Sums) -> Interval:
-    """Interval the time at which C_θ has fallen to 1/e, s."""
-    return fall_time(sums.units("c_theta"), sums.lag_s, sums.settings.shortest_track_in_t_per)
-
-
-def one_exponential(sums: Sums) -> Interval:
-    """Interval the time to 1/e over t_per."""
-    return fall_over_decay(sums.units("c_theta"), sums.lag_s)
-
-
-def above_one_exponential(sums: Sums) -> Interval:
-    """Interval the mean of C_θ above its fit at several decay times."""
-    return tail_excess(sums.units("c_theta"), sums.lag_s)

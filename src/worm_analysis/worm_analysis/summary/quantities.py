@@ -16,6 +16,7 @@ from worm_analysis.accumulators.bins import (
     LENGTH_BIN_M,
     TAU_BIN_S,
 )
+from worm_analysis.summary import direction_persistence as c_theta
 from worm_analysis.summary import estimates as by
 from worm_analysis.summary import peaks
 from worm_analysis.summary.definition import NO_CHAMBER, NO_EXIT, Definition, first
@@ -192,23 +193,23 @@ EPISODES = (
 MOTION = (
     Definition(
         "t_per", "s", "<i>t</i><sub>per</sub>", "$t_{per}$",
-        "time over which the direction along the wall is kept", "c_theta", by.decay_time,
-        "moments with a direction",
+        "time over which the direction along the wall is kept", "c_theta",
+        by.persistence(c_theta.persistence_time), "moments with a direction",
     ),
     Definition(
         "t_1e", "s", "<i>t</i><sub>1/e</sub>", "$t_{1/e}$",
         "time at which C<sub>θ</sub> has fallen to 1/e, whatever its form", "c_theta",
-        by.time_to_one_e, "moments with a direction",
+        by.persistence(c_theta.fall_time), "moments with a direction",
     ),
     Definition(
         "t_1e_over_t_per", "1", "<i>t</i><sub>1/e</sub>/<i>t</i><sub>per</sub>",
         "$t_{1/e}/t_{per}$", "1 where C<sub>θ</sub> is one exponential", "c_theta",
-        by.one_exponential, "moments with a direction",
+        by.persistence(c_theta.fall_over_decay), "moments with a direction",
     ),
     Definition(
         "c_theta_tail", "1", "<i>C</i><sub>θ</sub> − fit", r"$C_\theta$ − fit",
         "mean from 1.5 to 4 t<sub>per</sub>; 0 where C<sub>θ</sub> is one exponential", "c_theta",
-        by.above_one_exponential, "moments with a direction",
+        by.persistence(c_theta.tail_excess), "moments with a direction",
     ),
     Definition(
         "v_w", "mm/s", "<i>v</i><sub>w</sub>", "$v_w$",
