@@ -158,6 +158,18 @@ def test_a_pool_opens_with_five_numbers_their_verdicts_and_the_joint_question(po
         assert f"One boundary walk and <i>W</i> = {width} mm: reversals per cycle at" in glance
 
 
+def test_what_happened_to_a_trial_is_told_by_its_pool_too(trials, tmp_path, monkeypatch, capsys):
+    gappy = tmp_path / "gappy"
+    shutil.copytree(trials[1], gappy)
+    summary = json.loads((gappy / "summary.json").read_text())
+    event = {"kind": "missing_rows", "frame": 7, "stamp_ns": 1, "duration_s": 0.0, "count": 5}
+    summary["source_events"] = [event | {"why": "about 5 rows are missing from the table"}]
+    (gappy / "summary.json").write_text(json.dumps(summary))
+    assert run(monkeypatch, capsys, trials[0], gappy, "--out", tmp_path / "out")[0] == 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<li>w1-1.parquet: about 5 rows are missing from the table</li>" in page
+
+
 def test_numbers_that_a_pool_has_not_are_counted(pooled, page):
     summary = json.loads((pooled / "summary.json").read_text(encoding="utf-8"))
     own = {name: entry for name, entry in summary["quantities"].items() if "_at_" not in name}

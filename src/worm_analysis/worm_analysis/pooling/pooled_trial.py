@@ -10,6 +10,7 @@ from worm_analysis.results import Results
 from worm_analysis.summary.settings import DEFAULTS
 from worm_analysis.summary.sums import TrialSums
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.source_events import in_words
 from worm_msgs_py.units import MM_PER_M
 
 MOST_FRAMES_SHOWN = 300
@@ -44,6 +45,8 @@ class PooledTrial:
         As the trial saved them.
     points : mapping of str to ndarray
         Values of single episodes, visits, attempts and frames, in the units of the tables.
+    source_events : tuple of str
+        What happened to its pictures or rows, a line each.
     """
 
     name: str
@@ -57,6 +60,7 @@ class PooledTrial:
     lag_s: Floats
     sums: TrialSums
     points: Mapping[str, Floats]
+    source_events: tuple[str, ...] = ()
 
     @property
     def minimum_n(self) -> int:
@@ -88,6 +92,7 @@ def pooled_trial(results: Results, name: str = "", directory: str = "") -> Poole
         lag_s=np.empty(0) if correlation is None else correlation.lag_s,
         sums=results.sums,
         points=_events(results) | _motion(results) | _searches(results),
+        source_events=tuple(in_words(results.source_events)),
     )
 
 
