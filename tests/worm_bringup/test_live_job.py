@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from rclpy.serialization import deserialize_message
@@ -79,9 +81,29 @@ def test_a_replay_of_what_was_recorded_live_gives_the_same_tracks(tmp_path):
     for name in tables:
         live, again = ((tmp_path / run / name).read_bytes() for run in ("live", "again"))
         assert live == again, name
+    live, again = (next((tmp_path / run).glob("frame_*.png")) for run in ("live", "again"))
+    assert (live.name, live.read_bytes()) == (again.name, again.read_bytes())
     tracks = pq.read_table(tmp_path / "live" / "tracks.parquet")
     captured, skipped = map(int, re.search(r"(\d+) captured, (\d+) skipped", said).groups())
     assert tracks.num_rows == captured - skipped
     assert tracks["status"].to_pylist().count("tracked") >= 0.95 * tracks.num_rows
     stamps = tracks["stamp_ns"].to_pylist()
     assert all(a < b for a, b in itertools.pairwise(stamps))
+
+
+def test_a_live_trial_that_records_nothing_opens_its_report_with_a_picture_too(tmp_path):
+    out = tmp_path / "out"
+    with camera_of(BAGS / "larva", FRAMES) as address:
+        worm(
+            "live", "--camera", address, "--reconnect-s", "0", "--private", "--out", out,
+            status=1,  # the camera was lost at the end
+        )  # fmt: skip
+    (picture,) = out.glob("frame_*.png")
+    frame = int(picture.stem.removeprefix("frame_"))
+    table = pq.read_table(out / "tracks.parquet").to_pydict()
+    row = table["frame"].index(frame)
+    grey = cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE)
+    u, v = (np.rint(table[f"midline_{axis}_px"][row][5:-5]).astype(int) for axis in "uv")
+    assert np.mean(grey[v, u] < 100) > 0.95
+    assert table["status"][row] == "tracked"
+    assert '<figure id="fig-frame" class="wide">' in (out / "report.html").read_text()

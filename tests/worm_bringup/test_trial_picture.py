@@ -14,6 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 from worm_analysis.results import read_results
 from worm_analysis.results.picture import read_kept_picture
 from worm_bringup.trial_picture import keep_picture
+from worm_msgs_py.files.frame_pictures import frame_picture_path, frame_pictures
 
 BAG = "bags/larva"
 
@@ -85,6 +86,19 @@ def test_after_a_start_offset_the_frame_is_the_same(filmed, tmp_path):
     np.testing.assert_array_equal(
         np.rint(kept.grey * 255).astype(np.uint8), pixels(filmed[100 + kept.row][1])
     )
+
+
+def test_of_the_pictures_that_a_live_trial_kept_the_best_one_is_left(trial, tmp_path):
+    directory = tmp_path / "trial"
+    shutil.copytree(trial, directory)
+    tracks = read_results(directory).tracks
+    frames = [0, 8, 64, int(np.flatnonzero(tracks["contact"] == 1.0)[0])]
+    for frame in frames:
+        cv2.imwrite(str(frame_picture_path(directory, frame)), np.zeros((4, 4), np.uint8))
+    assert keep_picture(directory, {"camera": "0", "pictures": str(directory)}) == ""
+    (left,) = frame_pictures(directory)
+    assert tracks["contact"][left] == 1.0
+    assert left in frames
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -137,6 +137,15 @@ def run_graph(
     )
 
 
+def _with_pictures(trial: Trial, directory: Path) -> Trial:
+    """Return a live trial that keeps some of its pictures for the report, if it records none."""
+    source = trial.source
+    if source.parameters.get("record"):
+        return trial
+    parameters = {**source.parameters, "pictures": str(directory)}
+    return replace(trial, source=replace(source, parameters=parameters))
+
+
 def run_trial(
     trial: Trial,
     out: Path,
@@ -171,7 +180,7 @@ def run_trial(
     """
     with stop_on_signals(), results_directory(out, live=live) as partial:
         result = run_graph(
-            trial,
+            _with_pictures(trial, partial) if live else trial,
             partial,
             progress,
             processes=processes,

@@ -8,8 +8,9 @@ from typing import Any
 import cv2
 
 from worm_analysis.results import read_results
-from worm_analysis.results.picture import picture_path, row_to_show
+from worm_analysis.results.picture import row_to_show
 from worm_msgs_py.errors import BadInput, BadPicture, ReportError
+from worm_msgs_py.files.frame_pictures import frame_picture_path, frame_pictures
 from worm_msgs_py.files.whole_files import whole_file
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.one_picture import picture_at
@@ -18,14 +19,15 @@ from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS
 
 
 def keep_picture(results_dir: Path, source: Mapping[str, Any]) -> str:
-    """Write the trial's best picture, read again from where the pictures came from.
+    """Keep the trial's best picture, read again from where the pictures came from.
 
     Parameters
     ----------
     results_dir : Path
         Whole results, but for the report.
     source : mapping
-        Parameters of the node that sent the pictures: the bag that it played, or recorded.
+        Parameters of the node that sent the pictures: the bag that it played, or recorded, or that
+        it kept some of them in `results_dir` (`pictures`); but for one these are removed.
 
     Returns
     -------
@@ -34,7 +36,7 @@ def keep_picture(results_dir: Path, source: Mapping[str, Any]) -> str:
     """
     bag = source.get("bag") or source.get("record")
     if not bag:
-        return "the pictures were not recorded"
+        return _choose(results_dir)
     try:
         results = read_results(results_dir)
         row = row_to_show(results)
@@ -47,12 +49,30 @@ def keep_picture(results_dir: Path, source: Mapping[str, Any]) -> str:
             offset_s + float(results.t_s[row]),
             float(source.get("max_megapixels", MAX_MEGAPIXELS)),
         )
-        path = picture_path(results_dir, int(results.tracks["frame"][row]))
+        path = frame_picture_path(results_dir, int(results.tracks["frame"][row]))
         with whole_file(path) as unfinished:
             unfinished.write_bytes(cv2.imencode(".png", grey)[1].tobytes())
     except (BadInput, BadPicture, ReportError, OSError) as error:
         return str(error)
     return ""
+
+
+def _choose(results_dir: Path) -> str:
+    """Leave the best of the pictures that are there."""
+    there = frame_pictures(results_dir)
+    if not there:
+        return "the pictures were not recorded"
+    frame = None
+    try:
+        results = read_results(results_dir)
+        row = row_to_show(results, there)
+        frame = None if row is None else int(results.tracks["frame"][row])
+    except ReportError as error:
+        return str(error)
+    finally:
+        for other in there.keys() - {frame}:
+            there[other].unlink(missing_ok=True)
+    return "no frame that was kept has a pose" if frame is None else ""
 
 
 def _open(

@@ -17,9 +17,10 @@ from report_trial import CHAMBER, record, states, telegraph_walk, without_chambe
 from worm_analysis.report import theme, write_report
 from worm_analysis.report.figures.trial_picture import trial_picture
 from worm_analysis.results import read_results
-from worm_analysis.results.picture import picture_path, read_kept_picture, row_to_show
+from worm_analysis.results.picture import read_kept_picture, row_to_show
 from worm_msgs_py import BodyState, Keypoint, Midline, Status
 from worm_msgs_py.errors import ReportError
+from worm_msgs_py.files.frame_pictures import frame_picture_path
 
 PAPER = ["fig-1c", "fig-2", "fig-1d", "fig-1e", "fig-3", "fig-7a"]
 """As they come: the whole of a short trial against time is among what it begins with."""
@@ -307,7 +308,7 @@ def pictured(whole, tmp_path_factory):
     results = read_results(directory)
     row = row_to_show(results)
     grey = np.random.default_rng(0).integers(0, 255, (1024, 1024), dtype=np.uint8)
-    imsave(picture_path(directory, int(results.tracks["frame"][row])), grey, cmap="gray")
+    imsave(frame_picture_path(directory, int(results.tracks["frame"][row])), grey, cmap="gray")
     return directory, row
 
 

@@ -1,5 +1,6 @@
-"""The picture of a trial that its report opens with: which frame, kept as `frame_NNNNNN.png`."""
+"""The picture of a trial that its report opens with: which frame it is, and what is in it."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from worm_analysis.results.results import Results
 from worm_msgs_py import Status
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import ReportError
+from worm_msgs_py.files.frame_pictures import frame_pictures
 
 SURE_HEAD = 0.9
 """Head certainty of a frame that is shown, if there is such a one; as for the summary's numbers."""
@@ -19,7 +21,6 @@ SAME_LENGTH = 0.1
 """A body whose length is this near to the median is seen whole."""
 SAME_PLACE_PX = 1.0
 """A frame is shown with the wall's circle only if its own millimetres rest on that circle."""
-NAME = "frame_{:06d}.png"
 _MIDLINE = ("midline_u_px", "midline_v_px")
 
 
@@ -43,14 +44,23 @@ class TrialPicture:
     midline_v_px: Floats
 
 
-def row_to_show(results: Results) -> int | None:
+def row_to_show(results: Results, among: Collection[int] | None = None) -> int | None:
     """Choose the frame to show; None where none has a pose.
 
     Of the frames with a whole body and a certain head those in contact, if there are any: the one
     that the tracker trusts most, and the first of several.
+
+    Parameters
+    ----------
+    results : Results
+        The trial.
+    among : collection of int, optional
+        The frames whose pictures can be had; None: all.
     """
     tracks = results.tracks
     chosen = (tracks["status"] == Status.TRACKED.label) & np.isfinite(tracks["head_u_px"])
+    if among is not None:
+        chosen &= np.isin(tracks["frame"], list(among))
     length = tracks["length_px"]
     if not chosen.any():
         return None
@@ -74,11 +84,6 @@ def _on_the_last_circle(results: Results) -> NDArray[np.bool_]:
     return found
 
 
-def picture_path(results_dir: Path, frame: int) -> Path:
-    """Return where the picture of a frame is kept."""
-    return results_dir / NAME.format(frame)
-
-
 def read_kept_picture(results_dir: Path, results: Results) -> TrialPicture | None:
     """Return the picture that is kept beside a trial's tracks; None where there is none.
 
@@ -87,14 +92,13 @@ def read_kept_picture(results_dir: Path, results: Results) -> TrialPicture | Non
     ReportError
         It is damaged, or of a frame that the tracks do not have.
     """
-    found = sorted(results_dir.glob("frame_*.png"))
+    found = frame_pictures(results_dir)
     if not found:
         return None
     from matplotlib.image import imread  # slow to import, and most results have no picture
 
-    path = found[0]
+    frame, path = next(iter(found.items()))
     try:
-        frame = int(path.stem.removeprefix("frame_"))
         (row,) = np.flatnonzero(results.tracks["frame"] == frame)
         grey = imread(path)
     except (OSError, ValueError, SyntaxError) as error:  # SyntaxError: what it calls a broken PNG

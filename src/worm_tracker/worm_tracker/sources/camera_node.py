@@ -20,6 +20,7 @@ from worm_tracker.sources.cameras.camera_address import Kind, shown_address
 from worm_tracker.sources.cameras.latest_frame import CapturedFrame
 from worm_tracker.sources.cameras.live_record import LiveRecord
 from worm_tracker.sources.cameras.outages import Outage
+from worm_tracker.sources.cameras.sampled_pictures import SampledPictures
 from worm_tracker.sources.source_node import SourceNode, run_source_alone
 
 RECONNECT = Limit(0.0, 86400.0, "s")
@@ -43,6 +44,8 @@ class CameraNode(SourceNode):
     record : str
         Directory into which every picture that is sent is recorded; empty: none. Its replay gives
         the same frames with the same stamps, and so the same results.
+    pictures : str
+        Directory in which some of the pictures are kept, for a report; empty: none.
     reconnect : float
         Seconds for which a device or stream that has stopped is opened anew.
     reconnect_delay, stall : float
@@ -68,6 +71,7 @@ class CameraNode(SourceNode):
         try:
             self._camera = self._open_camera()
             self._record = self._open_record()
+            self._sampled = self._sample()
         except BaseException:
             self.destroy_node()
             raise
@@ -104,6 +108,11 @@ class CameraNode(SourceNode):
         record = LiveRecord(Path(directory), self._publisher.topic_name)
         self._opened.callback(record.close)
         return record
+
+    def _sample(self) -> SampledPictures | None:
+        about = "directory that some of the pictures are kept in; empty: none"
+        directory = self.read_parameter("pictures", "", about)
+        return SampledPictures(Path(directory)) if directory else None
 
     def _read_address(self) -> str:
         """Return the camera's address; declare the parameter without its password."""
@@ -144,6 +153,8 @@ class CameraNode(SourceNode):
         raw = serialize_message(convert.picture_to_msg(frame.picture, frame.stamp_ns))
         if self._record is not None:
             self._say_of_record(self._record.write(frame.stamp_ns, raw), frame.stamp_ns)
+        if self._sampled is not None:
+            self._sampled.take(self.sent, frame.picture)
         self.sent += 1
         self._last_ns = frame.stamp_ns
         self._publisher.publish(raw)

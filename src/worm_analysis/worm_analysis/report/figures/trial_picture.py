@@ -17,10 +17,7 @@ SHOWN_LEVELS = (0.001, 0.999)
 """Quantiles of the grey levels that are drawn black and white."""
 PASSAGE_SHOWN_R = 0.4
 """So much of the passage is drawn, in units of R."""
-NONE_KEPT = (
-    "no picture is kept beside these tracks: worm replay keeps one, worm live with --record; a "
-    "table of tracks has none"
-)
+NONE_KEPT = "no picture is kept beside these tracks"
 _READING = (
     "One frame as the camera took it, its grey levels stretched to the whole range. Left: the "
     "chamber. Orange: the wall’s circle and the walls of the exit’s passage, as calibrated. Right: "
