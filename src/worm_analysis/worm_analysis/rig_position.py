@@ -129,7 +129,7 @@ class RigPosition:
         """Add what only the search along the wall can tell: contacts and hops."""
         for item in closed:
             if item.episode.kind is EpisodeKind.CONTACT:
-                self._visits.touch(item.episode.start_ns, item.end_rad - item.turn_rad)
+                self._visits.touch(*item.touch)
             elif item.episode.complete and not item.cut and self._is_near_wall(item):
                 self._visits.hop(item.before_rad, item.end_rad, self._corridor)
 

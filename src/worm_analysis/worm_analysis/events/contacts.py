@@ -54,6 +54,9 @@ class ClosedEpisode:
         Whether an excursion that was cut was on its way back: its Δr_h is known.
     expected : Expected
         What its frames add to the means of all episodes.
+    touch : (int, float)
+        Stamp and θ_h of the first frame that lies within the threshold by more than the noise; of
+        the first of all where none does.
     beyond_rad : (float, float)
         How far the head went beyond the start of the episode, and beyond its end, where it turned
         round within it: further than in a frame, and than noise may do. Else 0.
@@ -68,6 +71,7 @@ class ClosedEpisode:
     cut: bool = False
     past_peak: bool = False
     expected: Expected = Expected()
+    touch: tuple[int, float] = (0, nan)
     beyond_rad: tuple[float, float] = (0.0, 0.0)
 
 
@@ -115,7 +119,9 @@ class _Run:
     last_ns: int
     last_rad: float
     depths: ExcursionDepth
+    clear_m: float
     in_mouth: bool = False
+    touch: tuple[int, float] | None = None
     incidence_rad: float = nan
     frames: int = 0
     start_seen: bool = True
@@ -134,6 +140,8 @@ class _Run:
         self.in_mouth &= frame.in_mouth
         if self.kind is EpisodeKind.FREE:
             self.depths.push(frame.depth_m)
+        elif self.touch is None and frame.depth_m < self.clear_m:
+            self.touch = frame.stamp_ns, frame.theta_rad
 
     def join(self, other: "_Run") -> None:
         """Take in a run that follows."""
@@ -264,7 +272,9 @@ class ContactEpisodes:
     def _begin(self, kind: EpisodeKind, frame: ResolvedFrame) -> _Run:
         stamp_ns, theta_rad = frame.stamp_ns, frame.theta_rad
         depths = ExcursionDepth(self.noise)
-        run = _Run(kind, stamp_ns, theta_rad, stamp_ns, theta_rad, depths, frame.in_mouth)
+        at = stamp_ns, theta_rad
+        clear_m = self.edge_m - self.noise.deviation_m
+        run = _Run(kind, *at, *at, depths, clear_m, frame.in_mouth)
         run.take(frame)
         return run
 
@@ -341,5 +351,6 @@ class ContactEpisodes:
             cut,
             not in_contact and cut and run.depths.is_past_peak,
             run.expectation.told(1.0 if turn_rad >= 0 else -1.0),
+            run.touch or (run.start_ns, run.start_rad),
             run.beyond(end_rad, frames, self.noise.deviation_m / self._radius_m),
         )

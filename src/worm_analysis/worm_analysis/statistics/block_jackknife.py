@@ -125,6 +125,8 @@ class Units:
         # In one order of memory: sums are then the same to the last bit, read or just made.
         self._trials = [np.ascontiguousarray(rows) for rows in trials]
         self._total: Floats | None = None
+        self._levels: list[Floats] | None = None
+        self._without: list[Floats] | None = None
 
     def total(self) -> Floats:
         """Return the sum over everything, shape (size,)."""
@@ -132,17 +134,28 @@ class Units:
             self._total = np.sum([rows.sum(axis=0) for rows in self._trials], axis=0)
         return self._total
 
-    def levels(self) -> Iterator[Floats]:
-        """Yield the parts: blocks of time, pairs of them, and so on, and at last whole trials.
+    def levels(self) -> list[Floats]:
+        """Return the parts: blocks of time, pairs of them, and so on, and at last whole trials.
 
         Each trial's blocks are added up in pairs down to eight of them; a trial of fewer is one
         part. Whole trials come where there are five or more.
 
-        Yields
-        ------
-        ndarray, shape (parts, size)
+        Returns
+        -------
+        list of ndarray, shape (parts, size)
             Parts in which nothing was summed are left out.
         """
+        if self._levels is None:
+            self._levels = list(self._each_level())
+        return self._levels
+
+    def without_one(self) -> list[Floats]:
+        """Return, for each of the levels, the sums over all parts but one, for each of them."""
+        if self._without is None:
+            self._without = [rows.sum(axis=0) - rows for rows in self.levels()]
+        return self._without
+
+    def _each_level(self) -> Iterator[Floats]:
         if len(self._trials) == 1 and len(self._trials[0]) < FEWEST_BLOCKS:
             return
         trials = [rows for rows in self._trials if rows.any()]
@@ -197,10 +210,11 @@ def jackknife_half_width(
         NaN where there are too few parts, or an estimate without one of them is NaN.
     """
     widest = nan
-    for rows in units.levels():
-        without_one = estimate(rows.sum(axis=0) - rows)
+    for rows in units.without_one():
+        without_one = estimate(rows)
         k = len(rows)
-        error = sqrt((k - 1) / k * float(np.sum((without_one - without_one.mean()) ** 2)))
+        off = without_one - without_one.mean()
+        error = sqrt((k - 1) / k * float(off @ off))
         if not isfinite(error):
             return nan
         widest = float(np.fmax(widest, stdtrit(k - 1, (1 + level) / 2) * error))

@@ -87,12 +87,17 @@ def persistence_time(
     NotEnoughData
         Where the track is too short to tell.
     """
+    fitted = _decay_time(units, lag_s, shortest_track)
+    return _on_log_scale(fitted, _half_width(units, _of_fit(units, lag_s, fitted)))
+
+
+def _decay_time(units: Units, lag_s: Floats, shortest_track: float) -> float:
     c, pairs = correlation_curve(units)
     fitted = fit_decay_time(lag_s, c, pairs)
     if not isfinite(fitted):
         raise NotEnoughData("the correlation does not decay within the longest lag observed")
     _refuse_short(fitted, "the decay time", pairs, lag_s, shortest_track)
-    return _on_log_scale(fitted, _half_width(units, _of_fit(units, lag_s, fitted)))
+    return fitted
 
 
 def fall_time(
@@ -107,10 +112,15 @@ def fall_time(
     NotEnoughData
         Where it does not fall so far, or the track is too short to tell.
     """
+    at_s, response = _fall(units, lag_s, shortest_track)
+    return _on_log_scale(at_s, _half_width(units, response))
+
+
+def _fall(units: Units, lag_s: Floats, shortest_track: float) -> tuple[float, "Response"]:
     _, pairs = correlation_curve(units)
     at_s, response = _of_fall(units, lag_s)
     _refuse_short(at_s, "the time to 1/e", pairs, lag_s, shortest_track)
-    return _on_log_scale(at_s, _half_width(units, response))
+    return at_s, response
 
 
 def fall_over_decay(
@@ -125,9 +135,9 @@ def fall_over_decay(
     NotEnoughData
         Where one of the two cannot be had.
     """
-    decay_s = persistence_time(units, lag_s, shortest_track)[0]
-    at_s = fall_time(units, lag_s, shortest_track)[0]
-    (_, of_fall), of_fit = _of_fall(units, lag_s), _of_fit(units, lag_s, decay_s)
+    decay_s = _decay_time(units, lag_s, shortest_track)
+    at_s, of_fall = _fall(units, lag_s, shortest_track)
+    of_fit = _of_fit(units, lag_s, decay_s)
     half = _half_width(units, lambda rows: of_fall(rows) - of_fit(rows))
     return _on_log_scale(at_s / decay_s, half)
 
