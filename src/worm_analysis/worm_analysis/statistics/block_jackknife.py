@@ -1,7 +1,7 @@
 """Sums over blocks of time, from which correlated series get honest errors in fixed memory."""
 
 from collections.abc import Callable, Iterator, Sequence
-from math import isfinite, nan, sqrt
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,7 +126,7 @@ class Units:
         self._trials = [np.ascontiguousarray(rows) for rows in trials]
         self._total: Floats | None = None
         self._levels: list[Floats] | None = None
-        self._without: list[Floats] | None = None
+        self._without: tuple[Floats, Integers] | None = None
 
     def total(self) -> Floats:
         """Return the sum over everything, shape (size,)."""
@@ -149,10 +149,24 @@ class Units:
             self._levels = list(self._each_level())
         return self._levels
 
-    def without_one(self) -> list[Floats]:
-        """Return, for each of the levels, the sums over all parts but one, for each of them."""
+    def without_one(self) -> tuple[Floats, Integers]:
+        """Return the sums over all parts but one, for each part of each level in turn.
+
+        Returns
+        -------
+        sums : ndarray, shape (parts of all levels, size)
+            Together: one estimate of many rows costs no more than one of a few.
+        parts : ndarray of int, shape (levels,)
+            How many of them each level has.
+        """
         if self._without is None:
-            self._without = [rows.sum(axis=0) - rows for rows in self.levels()]
+            levels = self.levels()
+            rows = [part.sum(axis=0) - part for part in levels]
+            size = self.total().shape[0]
+            self._without = (
+                np.vstack([np.empty((0, size)), *rows]),
+                np.array([len(part) for part in levels], dtype=np.int64),
+            )
         return self._without
 
     def _each_level(self) -> Iterator[Floats]:
@@ -162,7 +176,7 @@ class Units:
         whole = [rows.sum(axis=0, keepdims=True) for rows in trials]
         rows = list(trials)
         while True:
-            filled = [part[part.any(axis=1)] for part in rows]
+            filled = [_filled(part) for part in rows]
             enough = [len(part) >= FEWEST_BLOCKS for part in filled]
             if not any(enough):
                 break
@@ -179,11 +193,16 @@ class Units:
             yield units
 
 
+def _filled(rows: Floats) -> Floats:
+    """Return the rows in which something was summed."""
+    full = rows.any(axis=1)
+    return rows if full.all() else rows[full]
+
+
 def _in_pairs(rows: Floats) -> Floats:
     """Return neighbouring rows added up; an odd last one stays alone."""
-    if len(rows) % 2:
-        rows = np.vstack([rows, np.zeros_like(rows[:1])])
-    pairs: Floats = rows[0::2] + rows[1::2]
+    pairs: Floats = rows[0::2].copy()
+    pairs[: len(rows) // 2] += rows[1::2]
     return pairs
 
 
@@ -209,13 +228,12 @@ def jackknife_half_width(
     float
         NaN where there are too few parts, or an estimate without one of them is NaN.
     """
-    widest = nan
-    for rows in units.without_one():
-        without_one = estimate(rows)
-        k = len(rows)
-        off = without_one - without_one.mean()
-        error = sqrt((k - 1) / k * float(off @ off))
-        if not isfinite(error):
-            return nan
-        widest = float(np.fmax(widest, stdtrit(k - 1, (1 + level) / 2) * error))
-    return widest
+    rows, k = units.without_one()
+    if not len(k):
+        return nan
+    without_one = estimate(rows)
+    first = np.cumsum(k) - k
+    off = without_one - np.repeat(np.add.reduceat(without_one, first) / k, k)
+    errors = np.sqrt((k - 1) / k * np.add.reduceat(off * off, first))
+    half_widths = stdtrit(k - 1, (1 + level) / 2) * errors
+    return float(half_widths.max()) if np.isfinite(half_widths).all() else nan
