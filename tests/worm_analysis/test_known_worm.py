@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from benchmarks.contact_noise import Condition, trial
+from benchmarks.crossing_worm import SPEED, measured
 from benchmarks.known_worm import Camera, KnownWorm
 
 NOISY = Camera(jitter=3e-5)
@@ -22,6 +23,15 @@ def test_v_b_is_the_speed_of_the_walk_however_often_the_head_turns(reversal):
     worm = KnownWorm(reversal=reversal)
     speeds = [trial(Condition("", worm=worm), 600.0, seed).told["v_b"][0] for seed in range(3)]
     assert np.mean(speeds) == pytest.approx(1e3 * worm.speed, rel=0.01)
+
+
+@pytest.mark.parametrize("crossing", [0.0, 0.15])
+@pytest.mark.parametrize("reversal", [0.03, 0.31])
+def test_v_b_is_the_speed_of_a_worm_that_turns_within_contacts_and_crosses_the_middle(
+    reversal, crossing
+):
+    speeds = [measured(seed, 600.0, 30.0, reversal, crossing, 3e-5).value for seed in range(2)]
+    assert np.mean(speeds) == pytest.approx(1e3 * SPEED, rel=0.01)
 
 
 def test_noise_beyond_what_can_be_allowed_for_is_a_reason_and_no_number():
