@@ -190,6 +190,14 @@ def test_a_trial_that_is_there_twice_is_refused(trials):
         Pool.of([*trials, twin])
 
 
+@pytest.mark.parametrize("name", ["v_b", "c_theta", "d_c"])
+def test_sums_of_another_version_are_refused_in_a_line(trials, name):
+    old = replace(trials[1], sums={**trials[1].sums, name: trials[1].sums[name][:, :1]})
+    for pool in (Pool.of([old]), Pool.of([trials[0], old])):
+        with pytest.raises(ReportError, match=r"1: sums of another version \(\w+: .*run `worm"):
+            _ = pool.numbers
+
+
 def test_chambers_of_different_size_are_refused(trials):
     small = replace(trials[1], radius_mm=5.0, directory="small")
     with pytest.raises(ReportError, match=r"small: its chamber has R = 5 mm"):

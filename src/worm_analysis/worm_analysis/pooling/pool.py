@@ -15,7 +15,7 @@ from worm_analysis.summary.settings import EstimateSettings
 from worm_analysis.summary.sums import Sums, TrialSums
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.errors import ReportError
+from worm_msgs_py.errors import RUN_AGAIN, ReportError
 
 SAME_EXIT, PIXEL_MM = 0.08, 0.03
 SAME_RADIUS = 0.01
@@ -146,7 +146,15 @@ class Pool:
         ]
 
     def _number(self, definition: Definition) -> Pooled:
-        quantity, name = definition.of(self.sums), definition.sums
+        name = definition.sums
+        try:
+            quantity = definition.of(self.sums)
+        except (ValueError, IndexError) as error:  # sums of other columns than today's
+            where = ", ".join(filter(None, (trial.directory for trial in self.trials[:3])))
+            raise ReportError(
+                f"{where or 'these results'}: sums of another version ({name}: {error}): "
+                f"{RUN_AGAIN}"
+            ) from error
         way = NO_INTERVAL
         if quantity.low is not None or quantity.high is not None:
             way = BY_TRIALS if self.sums.resamples_trials(name) else WITHIN_TRIALS
