@@ -5,6 +5,7 @@ from pathlib import Path
 import cv2
 
 from worm_msgs_py.files.frame_pictures import frame_picture_path
+from worm_msgs_py.files.whole_files import whole_file
 from worm_tracker.sources.image_decoder import Grey
 
 MOST_SAMPLED, FIRST_STEP = 32, 8
@@ -36,7 +37,8 @@ class SampledPictures:
             return
         try:
             data = cv2.imencode(".png", picture, FASTEST)[1].tobytes()
-            frame_picture_path(self._directory, frame).write_bytes(data)
+            with whole_file(frame_picture_path(self._directory, frame)) as unfinished:
+                unfinished.write_bytes(data)
             self._frames.append(frame)
             if len(self._frames) > MOST_SAMPLED:
                 self._step *= 2
