@@ -10,7 +10,7 @@ from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.blobs import Blob, BlobSettings, holds_wormlike_piece, whole_picture
 from worm_tracker.detection.debris import DebrisCuttingSettings, without_debris
-from worm_tracker.detection.detection import Detection, Missed, SignalView
+from worm_tracker.detection.detection import Detection, Missed, Occlusion, SignalView
 from worm_tracker.detection.occluded_body import occluded_points, with_known_width
 from worm_tracker.head_tail.appearance import appearance_difference
 from worm_tracker.midline.body_model import (
@@ -57,6 +57,8 @@ class FollowerSettings:
     """A length beyond both is an error, because a worm does not stretch in a moment."""
     most_log_length_in_fold: float = 0.3
     """Log of the length over the known one that no stroke explains: such a body is not told."""
+    short_log_length: float = 0.1
+    """Log of the known length over one that a body may have that lies on itself with an end."""
     most_log_stretch_per_frame: float = 0.04
     """A length that changes by more in a frame is that of a body whose end is not seen."""
     leap_confidence: float = 0.5
@@ -135,7 +137,7 @@ class Follower:
         points = observation.points if observation.has_midline else None
         self._track.see(detection.blob, points, propagated)
         if points is not None and detection.occlusion is not None:
-            return self._with_occlusion(observation, detection)
+            return self._with_occlusion(observation, detection.occlusion)
         if observation.status is Status.COILED or any(observation.occluded):
             return replace(observation, unresolved=detection.cropped(self._settings.coil_margin_px))
         model = self._track.model
@@ -245,12 +247,16 @@ class Follower:
             return None
         step = length_of(found.points) / (len(found.points) - 1)
         folded = lies_near_itself(as_complex(found.points), width, step)
-        least = settings.explained.least_dark_widths2
-        least *= 1.0 if folded else settings.explained.dark_open_over_folded
-        if model and darkening_of(detection, model, least, settings.explained) is not None:
+        explained = settings.explained
+        least = explained.least_dark_widths2 * (1 if folded else explained.dark_open_over_folded)
+        if model and darkening_of(detection, model, least, explained) is not None:
             return None
+        seen = found
+        if model and log(model.length / length_of(found.points)) > settings.short_log_length:
+            folded = True  # an end that lies on the body leaves a bend, blunter than an end
+            seen = replace(found, widths=np.minimum(found.widths, model.widths))
         checked = folded or agreement < settings.agreement_of_all
-        return None if checked and not self._explains_all(found, detection, folded) else found
+        return None if checked and not self._explains_all(seen, detection, folded) else found
 
     def _explains_all(self, found: RefinedMidline, detection: Detection, folded: bool) -> bool:
         """Tell whether a body is all of its object, but for debris beside an open one."""
@@ -263,9 +269,8 @@ class Follower:
         differs = unexplained(mask, dark & mask, points, found.widths, width, settings)
         if not folded and not differs.wants_near(points[[0, -1]], settings.end_widths * width):
             return differs.in_water + differs.overlap < settings.most_of_contour_body
-        return differs.total < (
-            settings.most_of_folded_body if folded else settings.most_of_contour_body
-        )
+        most = settings.most_of_folded_body if folded else settings.most_of_contour_body
+        return differs.total < most
 
     def _continues(self, found: RefinedMidline, detection: Detection) -> bool:
         """Tell whether a midline can be that of the frame before, a frame later."""
@@ -305,8 +310,8 @@ class Follower:
             return False
         if self._was_in_part(blob, length):
             return slim
-        least, most = settings.least_length_over_known, settings.most_length_over_known
-        return least < length / model.length < most
+        over_known = length / model.length
+        return settings.least_length_over_known < over_known < settings.most_length_over_known
 
     def _was_in_part(self, blob: Blob, length: float) -> bool:
         """Tell whether what was seen at first was a part of the worm, or the worm laid double."""
@@ -362,11 +367,8 @@ class Follower:
             return coiled(detection, observation), found
         return observation, found
 
-    def _with_occlusion(self, observation: Observation, detection: Detection) -> Observation:
+    def _with_occlusion(self, observation: Observation, occlusion: Occlusion) -> Observation:
         """Return an observation that says which part of its midline was not seen."""
-        occlusion = detection.occlusion
-        if occlusion is None:
-            return observation
         confidence = self._settings.occlusion_confidence * observation.confidence
         if not any(occlusion.occluded_ends):
             status, occluded = Status.BRIDGED, (0, 0)

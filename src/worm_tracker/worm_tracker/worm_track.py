@@ -30,6 +30,9 @@ class PropagatedBody:
         How surely its ends are where they are said to be.
     over_limits : float
         What of body and object does not agree, over what may not.
+    straighter : float
+        How much straighter it would have been in the last frames with two of its strands exchanged
+        where they meet, rad².
     """
 
     path: BodyPath
@@ -38,6 +41,7 @@ class PropagatedBody:
     centroid: complex = complex("nan")
     end_sd_px: tuple[float, float] = (0.0, 0.0)
     over_limits: float = 0.0
+    straighter: float = 0.0
 
     @property
     def points(self) -> Floats:

@@ -40,17 +40,18 @@ def worst(a, b):
 def test_a_body_that_crosses_itself_straight_on_stays(heading):
     crossing, touching = loop(heading)
     straight = crossing if bends(crossing) < bends(touching) else touching
-    assert exchanged_strands(path_through(straight), WIDTH, SETTINGS) is None
+    assert exchanged_strands(path_through(straight), WIDTH, SETTINGS) == (None, 0.0)
 
 
 @given(heading=HEADINGS)
 def test_a_body_with_two_kinks_where_its_strands_meet_is_passed_the_other_way_round(heading):
     crossing, touching = loop(heading)
     straight, kinked = sorted((crossing, touching), key=bends)
-    found = exchanged_strands(path_through(kinked), WIDTH, SETTINGS)
+    found, gain = exchanged_strands(path_through(kinked), WIDTH, SETTINGS)
     assert found is not None
+    assert gain > 1.0
     assert worst(found.curve, straight) < 0.6
-    assert exchanged_strands(found, WIDTH, SETTINGS) is None
+    assert exchanged_strands(found, WIDTH, SETTINGS) == (None, 0.0)
 
 
 def bends(line):
@@ -64,9 +65,9 @@ def test_two_strands_side_by_side_stay(gap_widths):
     strand = WIDTH * np.linspace(-8, 0, 60)
     turn = gap * np.exp(1j * np.linspace(np.pi / 2, -np.pi / 2, 9))
     hairpin = np.r_[strand + 1j * gap, turn[1:-1], strand[::-1] - 1j * gap]
-    assert exchanged_strands(path_through(hairpin), WIDTH, SETTINGS) is None
+    assert exchanged_strands(path_through(hairpin), WIDTH, SETTINGS) == (None, 0.0)
 
 
 def test_an_open_body_stays():
     line = 200 * np.exp(1j * np.linspace(0, 2.0, 100))
-    assert exchanged_strands(path_through(line), WIDTH, SETTINGS) is None
+    assert exchanged_strands(path_through(line), WIDTH, SETTINGS) == (None, 0.0)

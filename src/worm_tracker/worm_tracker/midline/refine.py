@@ -33,6 +33,8 @@ from worm_tracker.midline.edges import (
     find_outline,
     sample_lines,
 )
+from worm_tracker.midline.path import evenly, nodes_for
+from worm_tracker.midline.sharp_bends import SharpBendSettings, bends_at_edges
 from worm_tracker.midline.tips import TipSettings, with_tips
 
 _CAP_AT = np.array([0.0, 0.05, 0.15, 0.35, 0.65])
@@ -76,6 +78,9 @@ class RefineSettings:
     end_level_counts: float = 2.0
     """Times the level near a tip that the body's level counts there, at most: an end may be pale,
     or so thin that its level is low."""
+    bend_measurements: int = 2
+    """Times that hairpins are moved to their outer edges: the cross-sections cut them short."""
+    bends: SharpBendSettings = field(default_factory=SharpBendSettings)
     tips: TipSettings = field(default_factory=TipSettings)
     edge: EdgeSettings = field(default_factory=EdgeSettings)
 
@@ -170,8 +175,9 @@ def refine(
     begins = 1 if whole[0] != body.curve[0] else 0
     centre = _centroid(np.interp(s, s_whole, whole), s, half_height)
     grid = s_whole[-1] * unit_grid(TRACKED_POINTS)
+    line = _with_bends(signal, whole, level, width, settings)
     return RefinedMidline(
-        points=as_points(np.interp(grid, s_whole, whole) + complex(*origin)),
+        points=as_points(line + complex(*origin)),
         widths=np.interp(grid, s, across),
         half_height_widths=np.interp(grid, s, half_height),
         levels=np.interp(grid, s_whole[begins : begins + len(body.level)], body.level),
@@ -181,6 +187,22 @@ def refine(
         u=centre.real + origin[0],
         v=centre.imag + origin[1],
     )
+
+
+def _with_bends(
+    signal: Picture, curve: Complex, level: float, width: float, settings: RefineSettings
+) -> Complex:
+    """Return the points of a midline whose hairpins reach to their outer edges."""
+    nodes = nodes_for(float(np.abs(np.diff(curve)).sum()), width)
+    fine = first = evenly(curve, nodes)
+    half, levels = np.full(nodes, width / 2), np.full(nodes, level)
+    for _ in range(settings.bend_measurements):
+        step = float(complex_arc_length(fine)[-1]) / (nodes - 1)
+        fine = bends_at_edges(signal, fine, half, levels, width, step, settings.bends)
+    if fine is not first:
+        return evenly(fine, TRACKED_POINTS)
+    s = complex_arc_length(curve)
+    return np.asarray(np.interp(s[-1] * unit_grid(TRACKED_POINTS), s, curve), np.complex128)
 
 
 def _centroid(curve: Complex, s: Floats, widths: Floats) -> complex:

@@ -1,15 +1,15 @@
 """Tells by its bends whether two strands of a body that meet cross each other or turn back.
 
-Both cover the same of the picture. A body goes on as straight as it can: where both strands have a
-kink at the same place, it is the other way, and what lies between them is passed the other way
-round.
+Both cover the same of the picture. A body goes on as straight as it can: where its strands bend to
+get past each other, it is the other way, and what lies between them is passed the other way round.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import minimum_filter
 
-from worm_msgs_py.arrays import Complex
+from worm_msgs_py.arrays import Complex, Floats
 from worm_tracker.midline.path import BodyPath, evenly
 
 
@@ -21,20 +21,26 @@ class StrandExchangeSettings:
     """How far along the body two strands are apart at least."""
     most_apart_widths: float = 0.6
     """How far apart they may be where they meet."""
-    direction_stretch_widths: float = 0.7
-    """Length of the stretch that tells a strand's direction."""
-    least_kink_rad: float = 0.3
-    """Turn of a strand over that much, to either side, from which on it is a kink."""
-    least_gain_rad2: float = 0.3
-    """Sum of the squares of both turns that the other way must have less."""
-    joint_widths: float = 0.4
-    """How much of a strand is laid anew on either side of the place where they meet."""
+    direction_stretch_widths: float = 0.5
+    """Length of the stretches between which a strand's turn is taken."""
+    window_widths: float = 2.0
+    """How much of a strand to either side of the place where they meet is compared."""
+    joint_widths: float = 0.8
+    """How much of it is laid anew."""
+    least_gain_rad2: float = 0.2
+    """Sum of the squared turns that the other way must have less in a frame."""
+    least_gain_in_all_rad2: float = 1.0
+    kept_gain: float = 0.8
+    """Sum of that over the last frames from which on it is believed, and what is kept of it in a
+    frame: strands that slide past each other bend for a moment."""
 
 
 def exchanged_strands(
     path: BodyPath, width: float, settings: StrandExchangeSettings
-) -> BodyPath | None:
+) -> tuple[BodyPath | None, float]:
     """Return a path that goes on straighter where two of its strands meet; None where none does.
+
+    How much straighter is returned, too: the sum of the squared turns there that it has less, rad².
 
     Parameters
     ----------
@@ -44,39 +50,49 @@ def exchanged_strands(
     settings : StrandExchangeSettings
     """
     curve, step = path.curve, path.step
+    window = round(settings.window_widths * width / step)
+    joint = max(2, round(settings.joint_widths * width / step))
     reach = max(2, round(settings.direction_stretch_widths * width / step))
-    apart = max(2 * reach, round(settings.least_apart_along_widths * width / step))
-    before, after = _directions(curve, reach)
-    turn = np.abs(np.angle(after * before.conj()))
-    kinks = np.flatnonzero(turn > settings.least_kink_rad)
-    best, where = settings.least_gain_rad2, None
-    for k in kinks.tolist():
-        near = np.abs(curve - curve[k]) < settings.most_apart_widths * width
-        near[max(k - apart, 0) : k + apart + 1] = False
-        near[:reach] = near[-reach:] = False
-        for other in np.flatnonzero(near).tolist():
-            i, j = min(k, other), max(k, other)
-            crossed = _angle2(before[i], -before[j]) + _angle2(-after[i], after[j])
-            gain = float(turn[i] ** 2 + turn[j] ** 2 - crossed)
-            if gain > best:
-                best, where = gain, (i, j)
-    if where is None:
-        return None
-    return BodyPath(_exchanged(curve, *where, round(settings.joint_widths * width / step)))
+    turn2: Floats | None = None
+    best, exchanged = settings.least_gain_rad2, None
+    for i, j in _meetings(curve, width, step, settings):
+        if i < joint or j >= len(curve) - joint or j - i <= 2 * joint:
+            continue
+        turn2 = _turn2(curve, reach) if turn2 is None else turn2
+        again = _exchanged(curve, i, j, joint)
+        gain = _near(turn2, i, j, window) - _near(_turn2(again, reach), i, j, window)
+        if gain > best:
+            best, exchanged = gain, again
+    return (None, 0.0) if exchanged is None else (BodyPath(exchanged), best)
 
 
-def _directions(curve: Complex, reach: int) -> tuple[Complex, Complex]:
-    """Return the unit directions in which a curve comes to each node, and leaves it."""
+def _meetings(
+    curve: Complex, width: float, step: float, settings: StrandExchangeSettings
+) -> list[tuple[int, int]]:
+    """Return the pairs of nodes at which two strands come nearest to each other."""
+    stride = 2
+    coarse = curve[::stride]
+    apart = np.abs(coarse[:, None] - coarse)
+    along = np.abs(np.arange(len(coarse))[:, None] - np.arange(len(coarse))) * stride * step
+    apart[along < settings.least_apart_along_widths * width] = np.inf
+    near = (apart == minimum_filter(apart, 5)) & (apart < settings.most_apart_widths * width)
+    first, last = np.nonzero(np.triu(near))
+    return [(stride * i, stride * j) for i, j in zip(first.tolist(), last.tolist(), strict=True)]
+
+
+def _turn2(curve: Complex, reach: int) -> Floats:
+    """Return the square of each node's turn, over the nodes of a stretch."""
     chord = curve[reach:] - curve[:-reach]
-    chord /= np.maximum(np.abs(chord), 1e-9)
-    before = np.concatenate([np.full(reach, chord[0]), chord])
-    after = np.concatenate([chord, np.full(reach, chord[-1])])
-    return before, after
+    turn = np.angle(chord[reach:] * chord[:-reach].conj())
+    return np.asarray(np.pad(turn**2, reach) / reach, np.float64)
 
 
-def _angle2(a: complex, b: complex) -> float:
-    """Return the square of the angle between two directions."""
-    return float(np.angle(a * np.conj(b)) ** 2)
+def _near(turn2: Floats, i: int, j: int, window: int) -> float:
+    """Return the sum of the squared turns near two nodes."""
+    near = np.zeros(len(turn2), bool)
+    for k in (i, j):
+        near[max(k - window, 0) : k + window + 1] = True
+    return float(turn2[near].sum())
 
 
 def _exchanged(curve: Complex, i: int, j: int, joint: int) -> Complex:

@@ -97,6 +97,7 @@ class Candidate:
     agreement: float
     unexplained: Unexplained
     end_sd_px: tuple[float, float] = (0.0, 0.0)
+    straighter: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -147,6 +148,7 @@ class CandidateSearch:
             self.origin + complex(found.unexplained.u, found.unexplained.v),
             found.end_sd_px,
             self.over_limits(found),
+            found.straighter,
         )
 
     def over_limits(self, found: Candidate) -> float:
@@ -184,11 +186,18 @@ class CandidateSearch:
     def exchanged(self, found: Candidate) -> Candidate:
         """Return a body with two strands exchanged where it is straighter and explains as much."""
         width, settings = self.model.width, self.settings.exchange
-        path = exchanged_strands(found.path, width, settings)
-        again = None if path is None else self.slid(path)
-        if again is None or again.unexplained.total > found.unexplained.total + 0.1:
+        path, gain = exchanged_strands(found.path, width, settings)
+        gain += settings.kept_gain * self.body.straighter
+        found = replace(found, straighter=gain)
+        if path is None or gain < settings.least_gain_in_all_rad2:
             return found
-        if exchanged_strands(again.path, width, settings) is not None:
+        again = self.slid(path)
+        if again is None:
+            return found
+        again = again if self.over_limits(again) <= 1 else self.regrown(again)
+        if self.over_limits(again) > max(self.over_limits(found), 1.0):
+            return found
+        if exchanged_strands(again.path, width, settings)[0] is not None:
             return found  # neither is straighter
         return replace(again, path=replace(again.path, ways=found.path.ways))
 
