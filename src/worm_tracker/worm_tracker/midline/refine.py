@@ -159,8 +159,7 @@ def refine(
     """
     curve = as_complex(first) - complex(*origin)
     s = complex_arc_length(curve)
-    length = float(s[-1])
-    nodes = length / (settings.section_spacing_widths * width)
+    nodes = (length := float(s[-1])) / (settings.section_spacing_widths * width)
     nodes = int(min(max(nodes, settings.fewest_sections), settings.most_sections))
     sigma = settings.smoothing_widths * width * (nodes - 1) / max(length, 1e-6)
     # The tips are found from within: the ends of a first midline are least to be trusted.
@@ -175,9 +174,9 @@ def refine(
     begins = 1 if whole[0] != body.curve[0] else 0
     centre = _centroid(np.interp(s, s_whole, whole), s, half_height)
     grid = s_whole[-1] * unit_grid(TRACKED_POINTS)
-    line = _with_bends(signal, whole, level, width, settings)
+    line = _with_bends(signal, whole, level, width, settings) + complex(*origin)
     return RefinedMidline(
-        points=as_points(line + complex(*origin)),
+        points=as_points(line),
         widths=np.interp(grid, s, across),
         half_height_widths=np.interp(grid, s, half_height),
         levels=np.interp(grid, s_whole[begins : begins + len(body.level)], body.level),
