@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 from crawling_worm import FRAME_NS, SMALL_RIG, crawl, film, wavy_path
 
-from worm_tracker.head_tail.identity import ExchangeKind, HeadTailSettings
+from worm_msgs_py import Status
+from worm_tracker.frame_queue import FrameQueue
+from worm_tracker.frame_state import PendingFrame
+from worm_tracker.head_tail.identity import ExchangeKind, HeadTail, HeadTailSettings
+from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
+from worm_tracker.worm_track import WormTrack
 
 LENGTH, WIDTH = 110.0, 12.0
 AHEAD = 60
@@ -108,3 +113,69 @@ def test_no_frame_is_told_for_good_before_the_body_is_known(there_and_back):
     assert push_all(tracker, there_and_back[:AHEAD]) == []
     given = tracker.finish()
     assert given[-1].state.head_certainty > 0.95
+
+
+SEEN = object()
+"""Stands for what was kept of a picture: the queue hands it on and never looks into it."""
+LINE = np.stack([np.linspace(20, 120, 121), np.full(121, 40.0)], axis=1)
+
+
+def midline(**more):
+    return Observation(
+        Status.TRACKED, 70.0, 40.0, LINE, np.full(121, WIDTH), 1.0, WIDTH, (0, 0), None, **more
+    )
+
+
+def coil(**more):
+    return Observation(Status.COILED, 70.0, 40.0, unresolved=SEEN, **more)
+
+
+def queue_of(*observations, hold_back_frames=256):
+    queue = FrameQueue(HeadTail(WormTrack(), HeadTailSettings()), hold_back_frames, np.nan)
+    for frame, observation in enumerate(observations):
+        queue.push(PendingFrame(frame, frame * FRAME_NS, observation, None))
+    return queue
+
+
+def test_coils_are_due_once_a_body_that_is_known_well_has_opened():
+    assert not queue_of(coil(), coil()).is_due(body_is_learned=True)
+    assert not queue_of(coil(), midline(kept=SEEN)).is_due(body_is_learned=True)
+    assert queue_of(coil(), midline()).is_due(body_is_learned=False)
+
+
+def test_where_no_frame_can_wait_a_body_known_from_some_frames_has_to_do():
+    waiting = [coil(), midline(kept=SEEN), midline(kept=SEEN)]
+    queue = queue_of(*waiting, hold_back_frames=2)
+    assert queue.is_due(body_is_learned=True)
+    assert not queue.is_due(body_is_learned=False)
+
+
+def test_each_run_of_coils_is_told_by_the_frame_after_it():
+    gone = Observation(Status.NO_WORM)
+    young = midline(kept=SEEN)
+    queue = queue_of(young, coil(), coil(), young, coil(), gone, coil(), young, coil())
+    runs = queue.coils()
+    assert [[pending.frame for pending in run.frames] for run in runs] == [[2, 1], [6]]
+    assert all(run.opened is young for run in runs)
+    assert runs[0].detections == [SEEN, SEEN]
+
+
+def test_a_coil_that_is_only_followed_backwards_carries_the_order_on_but_tells_nothing():
+    queue = queue_of(coil(), coil(), midline())
+    (run,) = queue.coils()
+    followed = midline()
+    queue.resolve(run, [Observation(Status.COILED, followed=followed), midline()])
+    queue.link_open()
+    told = queue.finish()
+    assert [one.state.status for one in told] == [Status.TRACKED, Status.COILED, Status.TRACKED]
+    assert run.frames[0].observation.followed is followed
+
+
+def test_what_was_told_by_another_body_is_taken_back():
+    queue = queue_of(midline(kept=SEEN), midline(kept=SEEN), coil())
+    queue.link_open()
+    queue.reopen()
+    queue.push(PendingFrame(3, 3 * FRAME_NS, midline(kept=SEEN), None))
+    (run,) = queue.coils()
+    assert [pending.frame for pending in run.frames] == [2, 1, 0]
+    assert not any(pending.observation.has_midline for pending in run.frames)

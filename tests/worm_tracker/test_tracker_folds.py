@@ -1,0 +1,54 @@
+"""A worm that moves as real ones did, through hairpins and loops: its body, by exact truth."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from worm_model.evaluation.distances import resampled
+from worm_model.simulator.folded_worms import LOOKS, film_worm, read_folded_worms, rig_for
+from worm_model.simulator.rig.strands import is_folded
+from worm_tracker.parameters import TrackerParameters
+from worm_tracker.tracker import Tracker
+
+WORMS = Path(__file__).parents[2] / "bags" / "source" / "folded_worms.npz"
+
+
+def tracked(name, first, last):
+    """Return what the tracker says of a stretch of a film whose overlaps are darker, and truth."""
+    look, worm = LOOKS["darker"], read_folded_worms(WORMS)[name]
+    worm = replace(worm, midlines_mm=worm.midlines_mm[first:last])
+    tracker, given, bodies = Tracker(TrackerParameters()), [], []
+    for frame, body in film_worm(rig_for(look, seed=int(name)), worm, look):
+        bodies.append(body)
+        given += tracker.push(frame.picture, frame.stamp_ns)
+    return given + tracker.finish(), bodies
+
+
+def off_widths(one, body):
+    """Return how far the midline is off at most, either way round, in widths; NaN without one."""
+    line = resampled(np.stack([one.midline.u_px, one.midline.v_px], axis=1))
+    if line is None or not one.state.status.has_pose:
+        return np.nan
+    true = resampled(body.points_px)
+    away = min(np.abs(way - true).max() for way in (line, line[::-1]))
+    return away / body.mean_width_px
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "last"),
+    [
+        pytest.param("4003", 350, 450, id="a hairpin is made"),
+        pytest.param("4005", 190, 290, id="a film begins in one"),
+    ],
+)
+def test_a_body_is_right_through_hairpins(name, first, last):
+    given, bodies = tracked(name, first, last)
+    folded = np.array([is_folded(body) for body in bodies])
+    off = np.array([off_widths(*pair) for pair in zip(given, bodies, strict=True)])
+    assert folded.sum() > 40
+    told = np.isfinite(off)
+    assert told[folded].mean() > 0.8
+    assert (off[told & folded] < 1.0).mean() > 0.95
+    assert off[told & ~folded].max() < 1.0
