@@ -162,7 +162,7 @@ class Follower:
             return []
         if is_nearer_reversed(opened.widths[:, None], model.widths[:, None]):
             opened = opened.reversed()  # the body was lost since, and found the other way round
-        return list(propagate_back(model, opened, detections, settings))
+        return list(propagate_back(model, opened, detections, self._contour_body, settings))
 
     def all_of_worm(self, observation: Observation) -> Floats | None:
         """Return a midline that is that of all of the worm: what is elsewhere is not worm."""

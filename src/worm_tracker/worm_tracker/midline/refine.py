@@ -78,6 +78,8 @@ class RefineSettings:
     end_level_counts: float = 2.0
     """Times the level near a tip that the body's level counts there, at most: an end may be pale,
     or so thin that its level is low."""
+    least_sharp_turn_rad: float = 0.8
+    """Turn over a width from which on there may be a hairpin: most bodies need no closer look."""
     bend_measurements: int = 2
     """Times that hairpins are moved to their outer edges: the cross-sections cut them short."""
     bends: SharpBendSettings = field(default_factory=SharpBendSettings)
@@ -192,16 +194,20 @@ def _with_bends(
     signal: Picture, curve: Complex, level: float, width: float, settings: RefineSettings
 ) -> Complex:
     """Return the points of a midline whose hairpins reach to their outer edges."""
-    nodes = nodes_for(float(np.abs(np.diff(curve)).sum()), width)
+    s = complex_arc_length(curve)
+    grid = s[-1] * unit_grid(TRACKED_POINTS)
+    line = np.asarray(np.interp(grid, s, curve), np.complex128)
+    turn = np.angle(np.diff(curve)[1:] * np.diff(curve)[:-1].conj())
+    sections = max(1, round(width * len(curve) / s[-1]))
+    if np.abs(np.convolve(turn, np.ones(sections), "same")).max() < settings.least_sharp_turn_rad:
+        return line
+    nodes = nodes_for(float(s[-1]), width)
     fine = first = evenly(curve, nodes)
     half, levels = np.full(nodes, width / 2), np.full(nodes, level)
     for _ in range(settings.bend_measurements):
         step = float(complex_arc_length(fine)[-1]) / (nodes - 1)
         fine = bends_at_edges(signal, fine, half, levels, width, step, settings.bends)
-    if fine is not first:
-        return evenly(fine, TRACKED_POINTS)
-    s = complex_arc_length(curve)
-    return np.asarray(np.interp(s[-1] * unit_grid(TRACKED_POINTS), s, curve), np.complex128)
+    return line if fine is first else evenly(fine, TRACKED_POINTS)
 
 
 def _centroid(curve: Complex, s: Floats, widths: Floats) -> complex:

@@ -6,7 +6,7 @@ the midline is propagated backwards in time from the first frame that has one ag
 opens tells how it lay.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from math import ceil
 
 import cv2
@@ -132,6 +132,7 @@ def propagate_back(
     model: BodyModel,
     opened: Observation,
     detections: Sequence[Detection],
+    contour_body: Callable[[Detection], RefinedMidline | None],
     settings: PropagationSettings,
 ) -> Iterator[Observation]:
     """Propagate a midline back through the pictures before it.
@@ -144,6 +145,9 @@ def propagate_back(
         The frame that has a midline, in the order of the body model's widths.
     detections : sequence of Detection
         The object in the pictures before, the latest first.
+    contour_body : callable
+        Gives the midline of a simple body by its contour, which may be turned round, else None: a
+        picture may have been taken for a coil because the body was not known.
     settings : PropagationSettings
 
     Yields
@@ -156,23 +160,41 @@ def propagate_back(
     last = PropagatedBody(path, opened.confidence, opened.confidence)
     before: Floats | None = None
     fits = 0
-    dark_widths2 = settings.explained.least_dark_widths2
     for detection in detections:
-        darkening = darkening_of(detection, model, dark_widths2, settings.explained)
-        model = model if darkening is None else model.with_darkening(darkening)
+        model = _as_dark_as(detection, model, settings.explained)
         least = last.expected_agreement - settings.most_agreement_lost_backwards
         found = _slid_only(detection, model, last, settings)
+        if found is None or found.over_limits > 1:
+            found = _open_again(contour_body(detection), model, last) or found
         poor = found is None or found.agreement < least
         if poor and fits < settings.most_fits_backwards:
             fits += 1
             found = propagate(detection, model, last, before, 1, None, settings)
         if found is None or found.over_limits > settings.lost_over_limits:
             return
-        sure = found.agreement >= settings.least_agreement_backwards
-        sure = sure and found.over_limits <= 1
         observation = observation_of(found, model, found.agreement, settings)
+        sure = found.agreement >= settings.least_agreement_backwards and found.over_limits <= 1
         yield observation if sure else coiled(detection, observation)
         before, last = last.points, found
+
+
+def _as_dark_as(detection: Detection, model: BodyModel, settings: ExplainedSettings) -> BodyModel:
+    """Return a worm whose overlaps are as dark as an object's, where that has some."""
+    darkening = darkening_of(detection, model, settings.least_dark_widths2, settings)
+    return model if darkening is None else model.with_darkening(darkening)
+
+
+def _open_again(
+    found: RefinedMidline | None, model: BodyModel, last: PropagatedBody
+) -> PropagatedBody | None:
+    """Return a body found by its contour as one that is propagated; None where it is another."""
+    if found is None or model.leaps(found.points, last.points, 1):
+        found = None if found is None else found.reversed()
+    if found is None or model.leaps(found.points, last.points, 1):
+        return None
+    path = path_of(found.points, None, model.width)
+    agreement = found.edges_found
+    return PropagatedBody(path, agreement, agreement, complex(found.u, found.v))
 
 
 def _slid_only(
