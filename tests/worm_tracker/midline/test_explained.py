@@ -42,8 +42,9 @@ def test_a_true_body_leaves_nothing_whatever_its_bends_and_crossings(arcs, width
     drawn = Drawn.of(arcs, width, heading, darker=darker, noise=2.0)
     found = compared(drawn, *drawn.claimed(), by_darkness=darker)
     assert found.total == 0.0
-    # The body's outline is drawn through whole pixels: half of one more at either side.
-    assert found.agreement > 1 / (1 + 1.5 / width)
+    # The body's outline is drawn through whole pixels, half of one more at either side, and the
+    # picture's is blurred and noisy: as much again.
+    assert found.agreement > 1 / (1 + 2.25 / width)
 
 
 @given(arcs=BENDS, width=WIDTHS, heading=HEADINGS, missing=st.floats(0.8, 3.0))
