@@ -20,10 +20,10 @@ from worm_bringup.outputs.results_directory import Kept, check_out, results_dire
 from worm_msgs_py.errors import BadInput
 
 OURS = [*TABLES, "report.html", "bag/metadata.yaml", "bag/bag.mcap", "figures/fig-1d.svg",
-        "frame_000012.png"]  # fmt: skip
+        "report_frame_000012.png"]  # fmt: skip
 FOREIGN = ["notes.txt", "bag/notes.txt", "bag/other.mcap", "bag/bag_0.mcap", "figures/mine.svg",
-           "frame_12.jpg", "tracks.parquet~", "Report.html", "bag/deep/bag.mcap",
-           "link"]  # fmt: skip
+           "frame_000012.png", "report_frame_12.png", "tracks.parquet~", "Report.html",
+           "bag/deep/bag.mcap", "link"]  # fmt: skip
 
 
 def put(directory, name):

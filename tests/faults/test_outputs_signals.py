@@ -117,7 +117,7 @@ def replay_during_the_report(out, signals, word):
 
 def files_of(out):
     """Return the names of what is there; the picture's without its number."""
-    return {re.sub(r"frame_\d+", "frame", item.name) for item in out.iterdir()}
+    return {re.sub(r"report_frame_\d+", "frame", item.name) for item in out.iterdir()}
 
 
 DATA = {*TABLES, "summary.json", "bag"}

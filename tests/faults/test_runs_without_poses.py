@@ -62,7 +62,9 @@ def test_the_status_is_1_and_the_last_line_says_why(tmp_path, monkeypatch, capsy
     with pytest.raises(SystemExit) as ended:
         command.main()
     assert ended.value.code == 1
-    last = capsys.readouterr().err.splitlines()[-1]
+    said = capsys.readouterr()
+    last = said.err.splitlines()[-1]
+    assert "The report opens without a picture: no frame has a pose" in said.out
     assert last.startswith(f"worm: not one of {films.FRAMES} frames has a pose")
     assert FAINT in last
 

@@ -81,7 +81,7 @@ def test_a_replay_of_what_was_recorded_live_gives_the_same_tracks(tmp_path):
     for name in tables:
         live, again = ((tmp_path / run / name).read_bytes() for run in ("live", "again"))
         assert live == again, name
-    live, again = (next((tmp_path / run).glob("frame_*.png")) for run in ("live", "again"))
+    live, again = (next((tmp_path / run).glob("report_frame_*.png")) for run in ("live", "again"))
     assert (live.name, live.read_bytes()) == (again.name, again.read_bytes())
     tracks = pq.read_table(tmp_path / "live" / "tracks.parquet")
     captured, skipped = map(int, re.search(r"(\d+) captured, (\d+) skipped", said).groups())
@@ -98,8 +98,8 @@ def test_a_live_trial_that_records_nothing_opens_its_report_with_a_picture_too(t
             "live", "--camera", address, "--reconnect-s", "0", "--private", "--out", out,
             status=1,  # the camera was lost at the end
         )  # fmt: skip
-    (picture,) = out.glob("frame_*.png")
-    frame = int(picture.stem.removeprefix("frame_"))
+    (picture,) = out.glob("report_frame_*.png")
+    frame = int(picture.stem.removeprefix("report_frame_"))
     table = pq.read_table(out / "tracks.parquet").to_pydict()
     row = table["frame"].index(frame)
     grey = cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE)

@@ -71,7 +71,7 @@ def distance(table, truth, point, of=None):
 
 
 def test_replay_writes_the_files_and_columns_of_the_contract(larva):
-    (picture,) = larva.glob("frame_*.png")
+    (picture,) = larva.glob("report_frame_*.png")
     there = {item.name for item in larva.iterdir()}
     assert there == FILES | {"bag", "figures", picture.name}
     for name, table in [("tracks", tracks), ("contacts", contacts), ("passages", passages)]:
@@ -80,9 +80,9 @@ def test_replay_writes_the_files_and_columns_of_the_contract(larva):
 
 def test_the_report_opens_with_a_frame_of_the_bag_in_which_the_worm_is_where_it_is(larva):
     """The picture is dark at the head that its row tells, and the body is as wide as told."""
-    (picture,) = larva.glob("frame_*.png")
+    (picture,) = larva.glob("report_frame_*.png")
     table = columns(larva / "tracks.parquet")
-    row = int(np.flatnonzero(table["frame"] == int(picture.stem.removeprefix("frame_")))[0])
+    row = int(np.flatnonzero(table["frame"] == int(picture.stem.removeprefix("report_frame_")))[0])
     grey = cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE)
     midline = pq.read_table(larva / "tracks.parquet", columns=["midline_u_px", "midline_v_px"])
     u, v = (np.array(midline.column(k)[row].as_py())[5:-5].round().astype(int) for k in (0, 1))
@@ -159,7 +159,7 @@ def drawn_too(out):
     """Return the files of a result but for its bag, with its picture and figures."""
     return [
         *FILES,
-        *(item.relative_to(out) for item in (*out.glob("frame_*"), *out.glob("figures/*"))),
+        *(item.relative_to(out) for item in (*out.glob("report_frame_*"), *out.glob("figures/*"))),
     ]
 
 

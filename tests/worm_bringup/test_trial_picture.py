@@ -67,7 +67,7 @@ def test_the_record_of_a_live_trial_gives_the_same_picture_as_the_bag(trial, tmp
         directory = tmp_path / name
         shutil.copytree(trial, directory)
         assert keep_picture(directory, {name: BAG}) == ""
-        (path,) = directory.glob("frame_*.png")
+        (path,) = directory.glob("report_frame_*.png")
         pictures.append((path.name, path.read_bytes()))
     assert pictures[0] == pictures[1]
 
@@ -118,4 +118,4 @@ def test_without_the_pictures_the_results_are_left_as_they_are(trial, source, wh
 def test_a_picture_of_another_time_is_never_shown(tmp_path):
     other = record(tmp_path / "trial", states(20.0))
     assert "no picture of the bag was taken at" in keep_picture(other, {"bag": BAG})
-    assert not list(other.glob("frame_*"))
+    assert not list(other.glob("*.png"))

@@ -191,8 +191,8 @@ def run_trial(
         if not result.complete or result.frames == 0:
             raise Incomplete(result)
         with finish_despite_signals():
-            keep_picture(partial, trial.source.parameters)
+            why = keep_picture(partial, trial.source.parameters)
             report = write_report(partial)
     if checkpoints is not None:
         checkpoints.remove()
-    return result, out / report.name
+    return replace(result, no_picture=why), out / report.name

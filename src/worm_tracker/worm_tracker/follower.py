@@ -57,7 +57,7 @@ class FollowerSettings:
     """A length beyond both is an error, because a worm does not stretch in a moment."""
     most_log_length_in_fold: float = 0.3
     """Log of the length over the known one that no stroke explains: such a body is not told."""
-    short_log_length: float = 0.1
+    most_log_shortening: float = 0.1
     """Log of the known length over one that a body may have that lies on itself with an end."""
     most_log_stretch_per_frame: float = 0.04
     """A length that changes by more in a frame is that of a body whose end is not seen."""
@@ -252,7 +252,7 @@ class Follower:
         if model and darkening_of(detection, model, least, explained) is not None:
             return None
         seen = found
-        if model and log(model.length / length_of(found.points)) > settings.short_log_length:
+        if model and log(model.length / length_of(found.points)) > settings.most_log_shortening:
             folded = True  # an end that lies on the body leaves a bend, blunter than an end
             seen = replace(found, widths=np.minimum(found.widths, model.widths))
         checked = folded or agreement < settings.agreement_of_all

@@ -377,7 +377,7 @@ def test_without_a_picture_one_line_says_why(page):
 def test_a_picture_of_another_trial_is_refused(pictured, tmp_path):
     directory = tmp_path / "other"
     shutil.copytree(pictured[0], directory)
-    next(directory.glob("frame_*.png")).rename(directory / "frame_999999.png")
+    next(directory.glob("report_frame_*.png")).rename(directory / "report_frame_999999.png")
     with pytest.raises(ReportError, match="is no picture of this trial"):
         write_report(directory)
 

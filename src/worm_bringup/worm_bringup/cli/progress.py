@@ -68,7 +68,14 @@ def progress_bar(description: str) -> Iterator[Report]:
 
 def show_result(result: RunResult, report: Path) -> None:
     """Print what was found, where the time went, and last the path of the report."""
-    show_trial(report, partial(show_speed, result))
+    show_trial(report, partial(_show_run, result))
+
+
+def _show_run(result: RunResult) -> None:
+    show_speed(result)
+    if result.no_picture:
+        said = printable(f"The report opens without a picture: {result.no_picture}")
+        Terminal().print(said, style="yellow", soft_wrap=True, highlight=False, markup=False)
 
 
 def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None:

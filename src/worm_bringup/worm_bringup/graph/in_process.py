@@ -43,6 +43,8 @@ class RunResult:
         there.
     earlier : int
         Of these frames, those that an earlier run had sent which this one went on with.
+    no_picture : str
+        Why the report opens without a picture of the trial; empty where it has one.
     elapsed_s : float
         From the first frame to the last result.
     spent_s : dict
@@ -61,6 +63,7 @@ class RunResult:
     counts: dict[str, str] = field(default_factory=dict)
     ended_early: str = ""
     earlier: int = 0
+    no_picture: str = ""
 
 
 def run_in_process(

@@ -8,6 +8,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from worm_msgs_py.files.frame_pictures import FRAME_PICTURE
+
 SOFTWARE = "worm-escape"
 
 
@@ -27,10 +29,10 @@ class ResultKind:
     folders: frozenset[str]
 
 
-_UNFINISHED = r"|\.(summary\.json|report\.html|frame_\d+\.png)\.[0-9a-f]{8}\.part"
+_UNFINISHED = rf"|\.(summary\.json|report\.html|{FRAME_PICTURE})\.[0-9a-f]{{8}}\.part"
 _FIGURES = r"|figures/fig-[\w-]+\.(svg|pdf)"
 TRIAL = ResultKind(
-    r"(tracks|contacts|passages|sums)\.parquet|summary\.json|report\.html|frame_\d+\.png"
+    rf"(tracks|contacts|passages|sums)\.parquet|summary\.json|report\.html|{FRAME_PICTURE}"
     r"|bag/(metadata\.yaml|bag\.mcap)" + _FIGURES + _UNFINISHED,
     frozenset({"bag", "figures"}),
 )

@@ -91,7 +91,21 @@ class PropagationSettings:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Candidate:
-    """A body in the window, and how well it agrees with the object."""
+    """A body in the window, and how well it agrees with the object.
+
+    Attributes
+    ----------
+    path : BodyPath
+        Where it lies, in the window's coordinates.
+    agreement : float
+        Intersection over union of body and object, less what its kinks cost.
+    unexplained : Unexplained
+        What of the two does not agree.
+    end_sd_px : tuple of float
+        How surely its ends are where they are said to be.
+    straighter : float
+        As in `PropagatedBody`: how much straighter it would be with two of its strands exchanged.
+    """
 
     path: BodyPath
     agreement: float

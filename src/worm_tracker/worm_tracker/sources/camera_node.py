@@ -112,7 +112,11 @@ class CameraNode(SourceNode):
     def _sample(self) -> SampledPictures | None:
         about = "directory that some of the pictures are kept in; empty: none"
         directory = self.read_parameter("pictures", "", about)
-        return SampledPictures(Path(directory)) if directory else None
+        if not directory:
+            return None
+        sampled = SampledPictures(Path(directory))
+        self._opened.callback(sampled.close)
+        return sampled
 
     def _read_address(self) -> str:
         """Return the camera's address; declare the parameter without its password."""

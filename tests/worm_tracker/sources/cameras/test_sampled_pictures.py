@@ -24,6 +24,7 @@ def test_they_are_few_and_evenly_spread_over_the_trial(frames):
         sampled = SampledPictures(Path(folder))
         for frame in range(frames):
             sampled.take(frame, picture(frame))
+        sampled.close()
         kept = frame_pictures(Path(folder))
         numbers = list(kept)
         assert len(numbers) <= MOST_SAMPLED
@@ -39,10 +40,14 @@ def test_a_directory_that_cannot_be_written_costs_the_pictures_alone(tmp_path):
     sampled = SampledPictures(tmp_path / "gone")
     for frame in range(100):
         sampled.take(frame, picture(frame))
+    sampled.close()
     assert not (tmp_path / "gone").exists()
 
 
-@pytest.mark.parametrize("name", ["frame_x.png", "frame_.png", "frame_1.jpg", "other.png"])
+@pytest.mark.parametrize(
+    "name",
+    ["report_frame_x.png", "report_frame_.png", "report_frame_000001.jpg", "frame_000001.png"],
+)
 def test_files_of_others_are_passed_over(tmp_path, name):
     (tmp_path / name).touch()
     assert frame_pictures(tmp_path) == {}
