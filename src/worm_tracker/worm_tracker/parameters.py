@@ -19,7 +19,7 @@ TRACKER_LIMITS = {
     "exit_deg": limits.ANGLE,
     "exit_width_m": limits.EXIT_WIDTH,
     "depth_m": limits.DEPTH,
-    "passage_length_m": limits.PASSAGE_LENGTH,
+    "passage_m": limits.PASSAGE_LENGTH,
     "px_per_mm": limits.PX_PER_MM,
     "hold_back_frames": limits.Limit(0, 1e5),
     "calibration_frames": limits.Limit(1, 1e5),
@@ -58,7 +58,7 @@ class TrackerParameters:
         Width W of the exits; measured where NaN.
     depth_m : float
         Thickness h of the sheet, which a picture from above does not show.
-    passage_length_m : float
+    passage_m : float
         Length L of the passage; where NaN it is measured if both chambers are in view, else the
         paper's.
     px_per_mm : float
@@ -88,7 +88,7 @@ class TrackerParameters:
     exit_deg: float = nan
     exit_width_m: float = nan
     depth_m: float = 1.5e-3
-    passage_length_m: float = nan
+    passage_m: float = nan
     px_per_mm: float = nan
     hold_back_frames: int = 256
     calibration_frames: int = 10

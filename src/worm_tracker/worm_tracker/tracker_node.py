@@ -57,8 +57,7 @@ DESCRIPTIONS = {
     "looked for.",
     "exit_width_m": "Width W of the exits, m; NaN: measured.",
     "depth_m": "Thickness h of the sheet, m; a picture does not show it.",
-    "passage_length_m": "Length L of the passage, m; NaN: measured where both chambers are in "
-    "view.",
+    "passage_m": "Length L of the passage, m; NaN: measured where both chambers are in view.",
     "px_per_mm": "Scale of pictures without a chamber; NaN: unknown.",
     "hold_back_frames": "Most frames that wait for the decision which end is the head.",
     "max_megapixels": "Larger pictures are bad ones: they are not decoded.",

@@ -183,7 +183,7 @@ def test_pixels_of_a_picture_are_the_same_worm(worm, tmp_path, columns):
         in_pixels[f"{point}_u_px"], in_pixels[f"{point}_v_px"] = chamber.to_pixels(*metres)
     table = write_table(tmp_path / "pixels.parquet", in_pixels)
     plain = write_table(tmp_path / "plain.parquet", columns)
-    common = ["--exit-width-mm", 2, "--width-mm", 0.4]
+    common = ["--exit-width-mm", 2, "--body-width-mm", 0.4]
     circle = [chamber.centre_u_px, chamber.centre_v_px, chamber.radius_px]
     given = ["--circle-px", *circle, "--exit-deg", np.degrees(chamber.exit_rad)]
     assert worm(table, "--out", tmp_path / "a", *common, *given)[0] == 0
@@ -202,7 +202,7 @@ def test_what_the_table_lacks_is_null_and_says_why(worm, tmp_path, columns):
     assert worm(table, "--out", tmp_path / "out")[0] == 0
     summary, tables = results(tmp_path / "out")
     for name, reason in {
-        "d_c": "--width-mm", "tau_h": "--width-mm", "w_s": "--exit-width-mm",
+        "d_c": "--body-width-mm", "tau_h": "--body-width-mm", "w_s": "--exit-width-mm",
         "success": "centroid_x_mm", "v_w": "centroid_x_mm", "r_t_over_R": "tail_x_mm",
         "l_w": "length_mm",
     }.items():  # fmt: skip

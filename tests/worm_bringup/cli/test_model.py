@@ -24,7 +24,7 @@ def solved(*arguments):
 
 
 def test_the_known_walk_is_solved_and_says_what_it_rests_on():
-    found = solved("--width-mm", 1, "--reversal", 0.3, "--at-s", 10, "--at-s", 30)
+    found = solved("--exit-width-mm", 1, "--reversal", 0.3, "--at-s", 10, "--at-s", 30)
     assert found["mean_s"] == pytest.approx(50.88, abs=0.005)
     assert found["skips"] == pytest.approx(0.151, abs=0.0005)
     assert found["at_s"] == [10.0, 30.0]
@@ -38,12 +38,12 @@ def test_the_known_walk_is_solved_and_says_what_it_rests_on():
 
 def test_every_option_of_the_walk_reaches_it():
     options = {
-        "--width-mm": ("exit_width_mm", 2.0),
+        "--exit-width-mm": ("exit_width_mm", 2.0),
         "--radius-mm": ("radius_mm", 12.0),
         "--depth-mm": ("depth_mm", 1.0),
-        "--speed": ("speed_mm_s", 3.0),
-        "--slide": ("mean_slide_mm", 1.0),
-        "--hop": ("mean_hop_mm", 2.0),
+        "--speed-mm-s": ("speed_mm_s", 3.0),
+        "--slide-mm": ("mean_slide_mm", 1.0),
+        "--hop-mm": ("mean_hop_mm", 2.0),
         "--reversal": ("reversal", 0.1),
         "--rule": ("rule", "rate"),
     }
@@ -86,7 +86,7 @@ def test_figures_are_written_whole_and_the_same_each_time(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        pytest.param(["solve", "--width-mm", "70"], "shorter than the wall's", id="wide exit"),
+        pytest.param(["solve", "--exit-width-mm", "70"], "shorter than the wall's", id="wide exit"),
         pytest.param(
             ["solve", "--reversal", "1.5"], "--reversal is 1.5: give a share", id="reversal"
         ),
@@ -117,7 +117,7 @@ def test_bad_parameters_are_refused_and_leave_nothing(tmp_path, monkeypatch, arg
 
 def test_bad_parameters_are_one_line_and_status_2():
     done = subprocess.run(
-        [Path(sys.executable).with_name("worm"), "model", "solve", "--width-mm", "70"],
+        [Path(sys.executable).with_name("worm"), "model", "solve", "--exit-width-mm", "70"],
         capture_output=True,
         text=True,
         check=False,

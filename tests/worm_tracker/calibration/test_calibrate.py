@@ -106,7 +106,7 @@ def test_what_is_given_is_not_looked_for():
 
 
 def test_widths_and_lengths_of_the_rig_can_be_given():
-    parameters = TrackerParameters(exit_width_m=1.5e-3, depth_m=2e-3, passage_length_m=0.03)
+    parameters = TrackerParameters(exit_width_m=1.5e-3, depth_m=2e-3, passage_m=0.03)
     found = calibrate(draw(SMALL_RIG, None, 0), parameters, 0)
     assert (found.depth_m, found.passage_length_m) == (2e-3, 0.03)
     (chamber,) = found.chambers

@@ -32,7 +32,7 @@ def analyse(
     out: options.Out,
     radius_mm: options.RadiusMm = None,
     exit_width_mm: options.ExitWidthMm = None,
-    passage_length_mm: options.PassageLengthMm = None,
+    passage_mm: options.PassageMm = None,
     depth_mm: options.DepthMm = None,
     centre_mm: Annotated[
         tuple[float, float] | None,
@@ -69,12 +69,10 @@ def analyse(
         ),
     ] = None,
     contact_factor: options.ContactFactor = None,
-    width_mm: Annotated[
+    body_width_mm: Annotated[
         float | None,
         number(
             limits.BODY_WIDTH.to("mm"),
-            "--width-mm",
-            "--body-width-mm",
             help="The worm's width d_w; the median of the table's width_mm where not given.",
             rich_help_panel=options.ANALYSIS,
         ),
@@ -99,7 +97,7 @@ def analyse(
     given = {
         "radius_mm": radius_mm,
         "exit_width_mm": exit_width_mm,
-        "passage_length_mm": passage_length_mm,
+        "passage_mm": passage_mm,
         "depth_mm": depth_mm,
         "centre_mm": centre_mm,
         "exit_deg": exit_deg,
@@ -109,7 +107,7 @@ def analyse(
     if y_down:
         told["y_down"] = True
     parameters = AnalysisParameters(
-        **options.AnalysisOptions(contact_factor, width_mm).parameters()
+        **options.AnalysisOptions(contact_factor, body_width_mm).parameters()
     )
     check_apart({"--out": out}, {"the tracks": path})
     check_out(out)

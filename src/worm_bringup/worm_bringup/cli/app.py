@@ -1,7 +1,8 @@
 """The `worm` command: its subcommands, and what every one of them does with an error."""
 
 import sys
-from typing import NoReturn
+from importlib.metadata import version
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -29,12 +30,31 @@ INTERRUPTED = 130
 
 app = typer.Typer(
     name="worm",
-    help="Track a worm in a round chamber, analyse its search for the exit, and report.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"worm-escape {version('worm-escape')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _worm(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version.", callback=_print_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    """Track a worm in a round chamber, analyse its search for the exit, and report."""
+
+
 app.command("import")(import_)
 for command in (replay, repair, live, simulate, analyse, evaluate, report, doctor):
     app.command()(command)

@@ -38,7 +38,7 @@ model.command()(compare)
 
 @model.command()
 def solve(
-    width_mm: Annotated[
+    exit_width_mm: Annotated[
         float, number(WALK_EXIT_WIDTH, help="Width W of the exit.", rich_help_panel=_RIG)
     ] = _DEFAULTS.exit_width_mm,
     radius_mm: Annotated[
@@ -54,13 +54,13 @@ def solve(
     effective_width: Annotated[
         bool, typer.Option(help="Take the exit as √(W² + h²) wide, or as W.", rich_help_panel=_RIG)
     ] = _DEFAULTS.effective_width,
-    speed: Annotated[
+    speed_mm_s: Annotated[
         float, number(WALK_SPEED, help="Speed along the wall.", rich_help_panel=_WALK)
     ] = _DEFAULTS.speed_mm_s,
-    slide: Annotated[
+    slide_mm: Annotated[
         float, number(WALK_STEP, help="Mean d_c.", rich_help_panel=_WALK)
     ] = _DEFAULTS.mean_slide_mm,
-    hop: Annotated[
+    hop_mm: Annotated[
         float, number(WALK_STEP, help="Mean d_nc.", rich_help_panel=_WALK)
     ] = _DEFAULTS.mean_hop_mm,
     reversal: Annotated[
@@ -101,8 +101,8 @@ def solve(
 ) -> None:
     """Solve one walk exactly: mean and sd of τ_h, skips, survival, t_per.
 
-    Try it: `worm model solve --width-mm 2 --reversal 0.45 --at-s 10 --at-s 30`, or from a state:
-    `worm model solve --theta-deg -90 --direction ccw`.
+    Try it: `worm model solve --exit-width-mm 2 --reversal 0.45 --at-s 10 --at-s 30`, or from a
+    state: `worm model solve --theta-deg -90 --direction ccw`.
     """
     if depth_mm is not None and not effective_width:
         raise BadInput(
@@ -115,18 +115,18 @@ def solve(
     try:
         parameters = WalkParameters(
             radius_mm=radius_mm,
-            exit_width_mm=width_mm,
+            exit_width_mm=exit_width_mm,
             depth_mm=_DEFAULTS.depth_mm if depth_mm is None else depth_mm,
-            speed_mm_s=speed,
-            mean_slide_mm=slide,
-            mean_hop_mm=hop,
+            speed_mm_s=speed_mm_s,
+            mean_slide_mm=slide_mm,
+            mean_hop_mm=hop_mm,
             reversal=reversal,
             rule=rule,
             hop_may_land=hop_may_land,
             effective_width=effective_width,
         )
     except ValueError as error:
-        raise BadInput(f"--width-mm, --depth-mm, --radius-mm: {error}") from None
+        raise BadInput(f"--exit-width-mm, --depth-mm, --radius-mm: {error}") from None
     start = _start(theta_deg, direction, phase)
     try:
         summary = summarise(parameters, start, at_s or ())

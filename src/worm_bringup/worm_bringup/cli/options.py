@@ -96,12 +96,10 @@ DepthMm = Annotated[
         rich_help_panel=RIG,
     ),
 ]
-PassageLengthMm = Annotated[
+PassageMm = Annotated[
     float | None,
     number(
         limits.PASSAGE_LENGTH.to("mm"),
-        "--passage-length-mm",
-        "--passage-mm",
         help="Length L of the passage, instead of measuring it in pictures of two chambers; "
         "otherwise 35.",
         rich_help_panel=RIG,
@@ -209,7 +207,7 @@ class TrackerOptions:
     exit_deg: ExitDeg = None
     exit_width_mm: ExitWidthMm = None
     depth_mm: DepthMm = None
-    passage_length_mm: PassageLengthMm = None
+    passage_mm: PassageMm = None
     px_per_mm: PxPerMm = None
 
     def parameters(self) -> dict[str, Any]:
@@ -245,7 +243,7 @@ _TRACKER_NUMBERS = {
     "exit_deg": ("exit_deg", 1.0),
     "exit_width_mm": ("exit_width_m", 1e-3),
     "depth_mm": ("depth_m", 1e-3),
-    "passage_length_mm": ("passage_length_m", 1e-3),
+    "passage_mm": ("passage_m", 1e-3),
     "px_per_mm": ("px_per_mm", 1.0),
 }
 """Which parameter an option is, and its unit in the parameter's."""

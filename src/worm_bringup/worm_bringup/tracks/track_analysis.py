@@ -46,7 +46,7 @@ STRAY = 1.1
 MOST_STRAY = 0.5
 MODEL = ModelParameters()
 _NO_CENTROID = "the tracks have no centroid: give centroid_x_mm and centroid_y_mm"
-_NO_WIDTH = "d_w is not known: give a column width_mm, or --width-mm"
+_NO_WIDTH = "d_w is not known: give a column width_mm, or --body-width-mm"
 _NO_EXIT = "W is not known: give --exit-width-mm"
 _NEEDS: dict[str, tuple[str, ...]] = {
     _NO_CENTROID: (

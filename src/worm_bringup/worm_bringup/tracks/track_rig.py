@@ -26,7 +26,7 @@ RIG_LIMITS = {
     "radius_mm": limits.RADIUS.to("mm"),
     "exit_width_mm": limits.EXIT_WIDTH.to("mm"),
     "depth_mm": limits.DEPTH.to("mm"),
-    "passage_length_mm": limits.PASSAGE_LENGTH.to("mm"),
+    "passage_mm": limits.PASSAGE_LENGTH.to("mm"),
 }
 
 
@@ -36,7 +36,7 @@ class TableRig:
 
     Attributes
     ----------
-    radius_mm, exit_width_mm, depth_mm, passage_length_mm : float
+    radius_mm, exit_width_mm, depth_mm, passage_mm : float
         R, W (NaN where it is not known), h and L.
     circle_px : (float, float, float) or None
         Centre and radius of the wall in the picture, for tables in pixels.
@@ -60,7 +60,7 @@ class TableRig:
     radius_mm: float = 10.0
     exit_width_mm: float = nan
     depth_mm: float = DEPTH_MM
-    passage_length_mm: float = PASSAGE_LENGTH_MM
+    passage_mm: float = PASSAGE_LENGTH_MM
     circle_px: tuple[float, float, float] | None = None
     centre_mm: tuple[float, float] = (0.0, 0.0)
     exit_deg: float = 0.0
@@ -94,11 +94,9 @@ class TableRig:
             radius_px = self.radius_mm / MM_PER_M * NO_PICTURE_PX_PER_M
         radius_m, width_m = self.radius_mm / MM_PER_M, self.exit_width_mm / MM_PER_M
         a = Chamber(CHAMBER_A, u, v, radius_px, exit_rad, radius_m, width_m)
-        far = a.to_pixels(2 * radius_m + self.passage_length_mm / MM_PER_M, 0.0)
+        far = a.to_pixels(2 * radius_m + self.passage_mm / MM_PER_M, 0.0)
         b = Chamber(CHAMBER_B, *far, radius_px, exit_rad + np.pi, radius_m, width_m)
-        return Geometry(
-            1, 0, 0, 0, (a, b), self.depth_mm / MM_PER_M, self.passage_length_mm / MM_PER_M
-        )
+        return Geometry(1, 0, 0, 0, (a, b), self.depth_mm / MM_PER_M, self.passage_mm / MM_PER_M)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -270,7 +268,7 @@ def rig_of_summary(summary_path: Path) -> TableRig | None:
             radius_mm=first.radius_m * MM_PER_M,
             exit_width_mm=first.exit_width_m * MM_PER_M,
             depth_mm=float(entry.get("depth_mm", DEPTH_MM)),
-            passage_length_mm=float(entry.get("passage_length_mm", PASSAGE_LENGTH_MM)),
+            passage_mm=float(entry.get("passage_length_mm", PASSAGE_LENGTH_MM)),
         )
     except (OSError, ArithmeticError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise BadInput(
@@ -279,5 +277,5 @@ def rig_of_summary(summary_path: Path) -> TableRig | None:
         ) from None
     if not isfinite(first.radius_px):
         return rig
-    depth_m, length_m = rig.depth_mm / MM_PER_M, rig.passage_length_mm / MM_PER_M
+    depth_m, length_m = rig.depth_mm / MM_PER_M, rig.passage_mm / MM_PER_M
     return replace(rig, known=Geometry(1, 0, 0, 0, chambers, depth_m, length_m))

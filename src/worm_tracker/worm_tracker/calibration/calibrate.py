@@ -87,8 +87,8 @@ def passage_length(chambers: tuple[Chamber, ...], parameters: TrackerParameters)
 
     It is what the user says, else what is seen, else (with one chamber in view) the paper's.
     """
-    if isfinite(parameters.passage_length_m):
-        return parameters.passage_length_m
+    if isfinite(parameters.passage_m):
+        return parameters.passage_m
     if len(chambers) < 2:
         return PASSAGE_LENGTH_MM / MM_PER_M
     a, b = chambers
