@@ -77,15 +77,10 @@ def measured(scene: str, take: Take) -> tuple[Evaluation, float, float]:
     tracker, analysis = Tracker(TrackerParameters()), Analysis()
     rows: list[dict[str, Any]] = []
     truth: list[dict[str, Any]] = []
-    version = 0
 
     def keep(given: list[TrackedFrame]) -> None:
-        nonlocal version
-        if tracker.geometry is not None and tracker.geometry.version != version:
-            version = tracker.geometry.version
-            analysis.set_geometry(tracker.geometry)
         for tracked in given:
-            observables, _ = analysis.push(tracked.state)
+            observables, _ = analysis.push(tracked)
             rows.append(dict(track_row(tracked.state, tracked.midline, observables)))
 
     for frame in frames_of(scene, take):

@@ -21,16 +21,15 @@ from pathlib import Path
 from typing import Annotated
 
 import cv2
-import numpy as np
 import pyarrow.parquet as pq
 import typer
-from rosbags.typesys import Stores, get_typestore
 
 import worm_tracker.sources.cameras.camera
 from benchmarks.memory import MemoryTrace, draw, sampled_memory
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.trial import Trial, run_trial
 from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.bags.pictures import pictures_of_bag
 from worm_tracker.sources.cameras.steady_clock import SteadyClock
 
 ROOT = Path(__file__).parents[1]
@@ -55,14 +54,10 @@ class FastClock(SteadyClock):
 
 def film(side_px: int) -> list[bytes]:
     """Return the larva's pictures, scaled, as JPEG, there and back again."""
-    store = get_typestore(Stores.ROS2_JAZZY)
     there = []
-    with BagPictures(LARVA) as pictures:
-        for picture in pictures:
-            data = np.asarray(store.deserialize_cdr(picture.raw, pictures.message_type).data)
-            grey = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
-            small = cv2.resize(grey, (side_px, side_px), interpolation=cv2.INTER_AREA)
-            there.append(cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 92])[1].tobytes())
+    for grey, _ in pictures_of_bag(LARVA):
+        small = cv2.resize(grey, (side_px, side_px), interpolation=cv2.INTER_AREA)
+        there.append(cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, 92])[1].tobytes())
     return there + there[-2:0:-1]
 
 

@@ -33,15 +33,12 @@ def bare_loop(bag: Path) -> tuple[int, dict[str, float]]:
     store = get_typestore(Stores.ROS2_JAZZY)
     decoder, tracker, analysis = PictureDecoder(), Tracker(TrackerParameters()), Analysis()
     spent = dict.fromkeys(("read", "decode", "track", "analyse"), 0.0)
-    version = states = 0
+    states = 0
 
     def analyse(frames: list) -> None:
-        nonlocal version, states
+        nonlocal states
         for frame in frames:
-            if tracker.geometry is not None and tracker.geometry.version != version:
-                version = tracker.geometry.version
-                analysis.set_geometry(tracker.geometry)
-            analysis.push(frame.state)
+            analysis.push(frame)
             states += 1
 
     with BagPictures(bag) as pictures:

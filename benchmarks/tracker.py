@@ -20,6 +20,7 @@ caches as another one has left them.
 """
 
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 from statistics import fmean, median
 from time import thread_time
@@ -30,15 +31,13 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
-from rosbags.typesys import Stores, get_typestore
 from scipy import ndimage
 from skimage.morphology import skeletonize
 from threadpoolctl import threadpool_limits
 
 from worm_model.simulator.rig import Body, Optics, Rig, draw
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.image_decoder import PictureDecoder
+from worm_tracker.sources.bags.pictures import pictures_of_bag
 from worm_tracker.tracker import Tracker
 
 Picture = NDArray[np.uint8]
@@ -65,10 +64,7 @@ class Spent(NamedTuple):
 
 def larva() -> list[Picture]:
     """Return the first pictures of the larva bag."""
-    store, decoder = get_typestore(Stores.ROS2_JAZZY), PictureDecoder()
-    with BagPictures(BAG) as pictures:
-        messages = (store.deserialize_cdr(p.raw, pictures.message_type) for p in pictures)
-        return [decoder.decode(msg) for _, msg in zip(range(FRAMES), messages, strict=False)]
+    return [picture for picture, _ in islice(pictures_of_bag(BAG), FRAMES)]
 
 
 def slender_worm() -> list[Picture]:

@@ -34,9 +34,7 @@ def main() -> None:
         if number == SHOWN:
             pictures[number] = shot.picture
     frames += tracker.finish()
-    assert tracker.geometry is not None
-    analysis.set_geometry(tracker.geometry)
-    observables = [analysis.push(frame.state)[0] for frame in frames]
+    observables = [analysis.push(frame)[0] for frame in frames]
 
     plt.rcParams.update({"font.size": 9, "axes.edgecolor": INK, "font.family": "DejaVu Sans"})
     figure = plt.figure(figsize=(9.6, 4.2), dpi=125, layout="constrained")

@@ -21,7 +21,15 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.statistics.block_jackknife import Units
 from worm_analysis.summary.direction_persistence import correlation as correlation_with_error
 from worm_analysis.summary.direction_persistence import correlation_curve, persistence_time
-from worm_msgs_py import BodyState, Episode, Geometry, Status, Where
+from worm_msgs_py import (
+    BodyState,
+    Episode,
+    Geometry,
+    Midline,
+    Status,
+    TrackedFrame,
+    Where,
+)
 
 NS = 10**9
 CLOSED = replace(
@@ -42,6 +50,30 @@ def analyse(states, geometry=GEOMETRY, parameters=None):
 
 def by_name(analysis):
     return {quantity.name: quantity for quantity in analysis.summary()}
+
+
+def test_the_trackers_frames_bring_their_geometry():
+    states = slides_and_hops(3, 120.0, 20.0).states()
+    later = replace(GEOMETRY, version=2, stamp_ns=states[len(states) // 2].stamp_ns)
+    versions = [1 if state.stamp_ns < later.stamp_ns else 2 for state in states]
+    states = [replace(s, geometry=v) for s, v in zip(states, versions, strict=True)]
+    told, brought = Analysis(), Analysis()
+    told.set_geometry(GEOMETRY)
+    told.set_geometry(later)
+    rigs = {1: GEOMETRY, 2: later}
+    for state in states:
+        frame = TrackedFrame(state, Midline.empty(), rigs[state.geometry])
+        assert repr(brought.push(frame)) == repr(told.push(state))
+    assert repr(brought.finish()) == repr(told.finish())
+    assert repr(brought.summary()) == repr(told.summary())
+
+
+def test_a_state_alone_without_its_geometry_is_refused():
+    state = circling(2e-3, duration_s=1.0).states()[0]
+    with pytest.raises(ValueError, match="set_geometry"):
+        Analysis().push(state)
+    with pytest.raises(ValueError, match="set_geometry"):
+        Analysis().push(TrackedFrame(state, Midline.empty()))
 
 
 def circling(speed, duration_s=200.0, rate_hz=20, psi_b=0.5):

@@ -21,7 +21,7 @@ from crawling_worm import (
 
 from worm_model.simulator.rig import Rig, draw, truth_of
 from worm_msgs_py import Status, Where
-from worm_msgs_py.errors import NoChamberFound
+from worm_msgs_py.errors import NoChamberFound, NotAPicture
 from worm_tracker.follower import FollowerSettings
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.polarity import Polarity
@@ -152,7 +152,6 @@ def test_every_picture_gives_one_state_however_bad_it_is():
         9: np.full_like(pictures[0], 255),
         13: np.empty((0, 0), np.uint8),
         17: pictures[0][:-1],
-        21: pictures[0].astype(np.float64),
     }
     for frame, picture in bad.items():
         pictures[frame] = picture
@@ -165,7 +164,41 @@ def test_every_picture_gives_one_state_however_bad_it_is():
             assert len(tracked.midline.u_px) == 0
         else:
             assert state.status is Status.TRACKED
-    assert tracker.statuses == {Status.BAD_IMAGE: 5, Status.TRACKED: 35}
+    assert tracker.statuses == {Status.BAD_IMAGE: 4, Status.TRACKED: 36}
+
+
+@pytest.mark.parametrize(
+    ("spoil", "cure"),
+    [
+        pytest.param(lambda grey: None, "uint8", id="none"),
+        pytest.param(lambda grey: grey.tolist(), "uint8", id="list"),
+        pytest.param(lambda grey: np.stack([grey] * 3, axis=2), "COLOR_BGR2GRAY", id="colour"),
+        pytest.param(lambda grey: grey / 255.0, "astype", id="float"),
+        pytest.param(lambda grey: grey.astype(np.uint16) << 4, "astype", id="16 bits"),
+        pytest.param(lambda grey: grey > 100, "astype", id="mask"),
+    ],
+)
+def test_what_is_no_grey_picture_is_refused_with_the_cure_and_no_frame_is_taken(spoil, cure):
+    bodies = stout_worm(6)
+    pictures = film(SMALL_RIG, bodies)
+    tracker = Tracker(TrackerParameters())
+    given = []
+    for number, picture in enumerate(pictures):
+        with pytest.raises(NotAPicture, match=cure):
+            tracker.push(spoil(picture), number)
+        given += tracker.push(picture, number * 40_000_000)
+    given += tracker.finish()
+    assert statuses(given) == [Status.TRACKED] * len(pictures)
+
+
+def test_each_frame_brings_the_rig_that_it_rests_on():
+    tracker = Tracker()
+    given = tracker.push(np.zeros((64, 64), np.uint8), 0)
+    for number, picture in enumerate(film(SMALL_RIG, stout_worm(5)), start=1):
+        given += tracker.push(picture, number * 40_000_000)
+    given += tracker.finish()
+    assert given[0].geometry is None
+    assert {frame.geometry.version for frame in given[1:]} == {given[1].state.geometry}
 
 
 def test_without_a_worm_there_is_none():

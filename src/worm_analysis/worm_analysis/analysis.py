@@ -31,6 +31,7 @@ from worm_msgs_py import (
     Observables,
     Quantity,
     Status,
+    TrackedFrame,
 )
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.units import MM_PER_M
@@ -75,13 +76,14 @@ class Analysis:
         """Whether this version was given; 0 stands for none and is always known."""
         return geometry == 0 or geometry in self._geometries
 
-    def push(self, state: BodyState) -> tuple[Observables, list[Event]]:
+    def push(self, frame: TrackedFrame | BodyState) -> tuple[Observables, list[Event]]:
         """Take the next frame.
 
         Parameters
         ----------
-        state : BodyState
-            As the tracker gives it, in order.
+        frame : TrackedFrame or BodyState
+            As the tracker gives it, in order; or its state alone, where the geometries come by
+            `set_geometry`.
 
         Returns
         -------
@@ -95,11 +97,14 @@ class Analysis:
         ValueError
             Where the geometry that the state rests on was not given.
         """
+        state = frame.state if isinstance(frame, TrackedFrame) else frame
+        if isinstance(frame, TrackedFrame) and frame.geometry is not None:
+            self._geometries.setdefault(frame.geometry.version, frame.geometry)
         geometry = self._geometries.get(state.geometry)
         if geometry is None and state.geometry != 0:
             raise ValueError(
                 f"frame {state.frame} rests on geometry {state.geometry}, which has not come: "
-                "call set_geometry first"
+                "call set_geometry first, or push the tracker's frame, which has it"
             )
         reason = self._reason_against(state)
         self.exclusions.count(reason)

@@ -13,6 +13,10 @@ class MalformedMessage(ValueError):  # noqa: N818 (it is the message that is bad
     """A message on a topic of the graph is not one of its messages; it is counted and ignored."""
 
 
+class NotAPicture(BadInput, TypeError):  # noqa: N818
+    """What was given as a picture is none: grey levels of eight bits in two dimensions are."""
+
+
 class TrackerError(BadInput):
     """The tracker cannot go on with what it was given."""
 

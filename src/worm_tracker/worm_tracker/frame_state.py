@@ -90,7 +90,8 @@ def tracked_frame(
         length_m=length / scale,
         width_m=seen.width / scale,
     )
-    return TrackedFrame(state, _midline(seen, chamber, scale) if body else Midline.empty())
+    midline = _midline(seen, chamber, scale) if body else Midline.empty()
+    return TrackedFrame(state, midline, geometry)
 
 
 def _tips(seen: Observation, chamber: Chamber | None, scale: float) -> tuple[Keypoint, Keypoint]:

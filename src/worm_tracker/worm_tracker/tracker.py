@@ -9,7 +9,7 @@ from worm_msgs_py.arrays import Picture
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.contract.status import Status
-from worm_msgs_py.errors import NoChamberFound
+from worm_msgs_py.errors import NoChamberFound, NotAPicture
 from worm_tracker.calibration.rig_monitor import GeometryChange, RigMonitor, RigMonitorSettings
 from worm_tracker.detection.detection import Detection
 from worm_tracker.detection.detector import Detector, DetectorSettings
@@ -60,6 +60,7 @@ class Tracker:
     Parameters
     ----------
     parameters : TrackerParameters
+        What a user may tell it; the defaults suit the paper's rig.
     settings : TrackerSettings
 
     Attributes
@@ -69,14 +70,16 @@ class Tracker:
 
     Examples
     --------
-    >>> tracker = Tracker(TrackerParameters(no_chamber=True))
-    >>> for picture, stamp_ns in pictures:  # doctest: +SKIP
-    ...     for tracked in tracker.push(picture, stamp_ns):
-    ...         print(tracked.state.head)
+    >>> tracker, analysis = Tracker(), Analysis()  # doctest: +SKIP
+    >>> for picture, stamp_ns in pictures_of_bag("bags/larva"):  # doctest: +SKIP
+    ...     for frame in tracker.push(picture, stamp_ns):
+    ...         observables, events = analysis.push(frame)
     """
 
-    def __init__(self, parameters: TrackerParameters, settings: TrackerSettings = TRACKER) -> None:
-        self._parameters = parameters
+    def __init__(
+        self, parameters: TrackerParameters | None = None, settings: TrackerSettings = TRACKER
+    ) -> None:
+        self._parameters = parameters = parameters or TrackerParameters()
         self._settings = settings
         self._stages: _Stages | None = None
         self._track = WormTrack()
@@ -129,7 +132,8 @@ class Tracker:
         Parameters
         ----------
         picture : ndarray of uint8, shape (h, w)
-            Grey levels.
+            Grey levels. One of another size than the first, black, saturated or empty (0, 0: it
+            stands for one that could not be read) is a frame with the status `BAD_IMAGE`.
         stamp_ns : int
             Time of capture.
 
@@ -140,9 +144,14 @@ class Tracker:
 
         Raises
         ------
+        NotAPicture
+            Where it is in colour, of other numbers than uint8, or no array; nothing was taken.
         NoChamberFound
             Where the first pictures show no chamber (and `no_chamber` was not set).
         """
+        wrong = _why_no_picture(picture)
+        if wrong:
+            raise NotAPicture(wrong)
         frame, self._frames = self._frames, self._frames + 1
         self._last_ns = stamp_ns
         bodies_begun = self._track.bodies_begun
@@ -190,7 +199,8 @@ class Tracker:
     def _observe(self, picture: Picture, stamp_ns: int) -> Observation:
         """Return what the picture says, calibrating first."""
         stages = self._stages
-        if not self._is_well_formed(picture) or (stages and picture.shape != stages.shape):
+        too_small = min(picture.shape) < self._settings.least_picture_side_px
+        if too_small or (stages and picture.shape != stages.shape):
             return Observation(Status.BAD_IMAGE)
         picture = dark_on_bright(picture, self._parameters.polarity)
         if stages is None:
@@ -245,15 +255,6 @@ class Tracker:
         rig.mark_hidden_exits(self._track.contour)
         return observation
 
-    def _is_well_formed(self, picture: Picture) -> bool:
-        """Tell whether this is a grey picture large enough to hold a worm."""
-        return (
-            isinstance(picture, np.ndarray)
-            and picture.ndim == 2
-            and picture.dtype == np.uint8
-            and min(picture.shape) >= self._settings.least_picture_side_px
-        )
-
     def _is_informative(self, picture: Picture) -> bool:
         """Tell whether a picture is neither black, nor saturated, nor of one grey level."""
         settings = self._settings
@@ -262,3 +263,21 @@ class Tracker:
         sparse = picture[::stride, ::stride]
         low, high = int(sparse.min()), int(sparse.max())
         return high > low and high > settings.black_grey and low < settings.saturated_grey
+
+
+def _why_no_picture(picture: object) -> str:
+    """Say why what was given cannot be a picture, and what to do; empty where it can."""
+    if not isinstance(picture, np.ndarray):
+        return (
+            f"the picture is {type(picture).__name__}, no array (OpenCV gives None where it "
+            "cannot read one): give grey levels, an array of uint8 of shape (h, w)"
+        )
+    if picture.ndim != 2:
+        cure = "cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) makes it grey"
+        return f"the picture has the shape {picture.shape}, not (h, w): {cure}"
+    if picture.dtype != np.uint8:
+        return (
+            f"the picture holds {picture.dtype}, not uint8: scale its grey levels to 0 to 255 by "
+            "one factor for all pictures, and give picture.astype(np.uint8)"
+        )
+    return ""

@@ -23,8 +23,7 @@ def film(request):
         given += tracker.push(shot.picture, shot.stamp_ns)
         truth.append(shot.truth)
     given += tracker.finish()
-    analysis.set_geometry(tracker.geometry)
-    return given, [analysis.push(tracked.state)[0] for tracked in given], truth
+    return given, [analysis.push(tracked)[0] for tracked in given], truth
 
 
 def of_status(film, *statuses):

@@ -6,6 +6,7 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.contract.frames import CAMERA, Where
 from worm_msgs_py.contract.status import Status
 
@@ -115,7 +116,16 @@ class Midline:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class TrackedFrame:
-    """What the tracker says of one frame: the state and the midline."""
+    """What the tracker says of one frame, and all that the analysis asks of it.
+
+    Attributes
+    ----------
+    state : BodyState
+    midline : Midline
+    geometry : Geometry or None
+        The rig that the state's metres rest on; None where it has not been found.
+    """
 
     state: BodyState
     midline: Midline
+    geometry: Geometry | None = None
