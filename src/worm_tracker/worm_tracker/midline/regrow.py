@@ -7,7 +7,6 @@ curvatures; the arc is taken that stays on the object and covers most of what is
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats, Picture
@@ -32,9 +31,6 @@ class RegrowSettings:
     """How far to either side of an arc there must be object, too."""
     price_per_width: float = 0.15
     """What an arc must cover of what is missing, over its own length, to be made longer."""
-    bend_half_widths: float = 0.6
-    least_bend_height_widths: float = 0.3
-    """How far a bend stands out over that much to either side, if it may be one laid too short."""
     off_object_cost: float = 3.0
     """What a stretch off the object costs, over one that covers what is missing."""
 
@@ -98,34 +94,3 @@ def _gain(
     per_node = np.mean(covers, axis=0) - settings.off_object_cost * off
     per_node -= settings.price_per_width
     return np.asarray(np.cumsum(per_node, axis=1) + settings.price_per_width * 2, np.float64)
-
-
-def stretched_bend(
-    path: BodyPath, wanted: Picture, width: float, settings: RegrowSettings
-) -> BodyPath | None:
-    """Return a path whose sharp bend reaches into what is missing beyond it; None where none is.
-
-    A hairpin that closes has no inner edge, and what smooths a path pulls its bend in.
-    """
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(wanted, connectivity=8)
-    if count < 2:
-        return None
-    v, u = np.nonzero(labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
-    missing = u + 1j * v
-    curve = path.curve
-    k = int(np.abs(curve[:, None] - missing.mean()).min(axis=1).argmin())
-    reach = max(1, round(settings.bend_half_widths * width / path.step))
-    if not reach <= k < len(curve) - reach:
-        return None
-    way = curve[k] - (curve[k - reach] + curve[k + reach]) / 2
-    if abs(way) < settings.least_bend_height_widths * width:
-        return None
-    way /= abs(way)
-    ahead = float(((missing - curve[k]) * way.conjugate()).real.max()) - width / 2
-    if not 0 < ahead < width:
-        return None
-    nodes = np.arange(len(curve)) - k
-    weight = np.clip(1 - np.abs(nodes) / reach, 0.0, None) ** 0.5
-    moved = curve + weight * ahead * way
-    length = float(np.abs(np.diff(moved)).sum())
-    return BodyPath(evenly(moved, nodes_for(length, width)), path.ways)

@@ -27,7 +27,7 @@ from worm_tracker.midline.path_following import (
     slide_along_path,
 )
 from worm_tracker.midline.refine import RefinedMidline
-from worm_tracker.midline.regrow import RegrowSettings, regrown, stretched_bend
+from worm_tracker.midline.regrow import RegrowSettings, regrown
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings, exchanged_strands
 from worm_tracker.midline.strand_shift import StrandShiftSettings, shifted_strands
@@ -220,8 +220,6 @@ class CandidateSearch:
         for _ in range(self.settings.most_stretches):
             wanted = found.unexplained.wanted
             paths = shifted_strands(found.path, wanted, self.model.width, self.settings.shift)
-            bent = stretched_bend(found.path, wanted, self.model.width, self.settings.regrow)
-            paths += [] if bent is None else [bent]
             tried = [self.scored(path, self.model.widths) for path in paths]
             best = min([found, *tried], key=lambda one: one.unexplained.total)
             if best is found:
