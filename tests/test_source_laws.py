@@ -16,6 +16,7 @@ COMMANDS = "cli"
 """A command's signature is its help page: as long as its options are many."""
 SHARED_PUBLIC = {
     "main": "how a program is started: each entry point has one",
+    "simulate": "the command, and what it calls: a trial of the filament",
     "generate_launch_description": "what ros2 launch calls in a launch file",
     "NAME": "of a node: each has its own",
     "DESCRIPTIONS": "of a node's parameters",

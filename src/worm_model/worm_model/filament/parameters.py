@@ -1,0 +1,101 @@
+"""Every number of the filament: its unit, what it means and where it comes from."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from math import inf, isfinite
+from typing import Any
+
+from worm_msgs_py import paper
+
+FITTED = "fitted"
+"""How the source of a number begins that was chosen so that the paper's observations emerge."""
+
+
+def _number(default: float, unit: str, meaning: str, source: str, low: float = 0.0) -> Any:
+    told = {"unit": unit, "meaning": meaning, "source": source, "low": low}
+    return field(default=default, metadata=told)
+
+
+@dataclass(frozen=True, slots=True)
+class FilamentParameters:
+    """The worm as an active, elastic, overdamped filament.
+
+    All forces are over the drag along the body for each mm of it (ξ∥), which only times would
+    depend on: so forces for each mm are in mm/s. `parameter_table` has meaning, unit and source of
+    every number; those whose source begins with "fitted" were chosen so that what the paper
+    observes emerges (docs/filament_worm.md), all others were not touched.
+
+    Raises
+    ------
+    ValueError
+        Where a number makes no sense.
+    """
+
+    length_mm: float = _number(paper.LENGTH_MM, "mm", "mean length l_w", "paper: 20 ± 5 mm")
+    width_mm: float = _number(
+        0.4, "mm", "width d_w", "photographs: 0.36 to 0.50 mm (the paper says 0.1 mm)"
+    )
+    segments: int = _number(50, "1", "segments between points", "numerical", 8)
+    crawl_speed_mm_s: float = _number(
+        paper.SPEED_MM_S, "mm/s", "speed of a straight free worm, v_w: propulsion over ξ∥", "paper"
+    )
+    drag_ratio: float = _number(
+        2.0, "1", "drag across over drag along the body, ξ⊥/ξ∥", "slender-body limit"
+    )
+    bending_mm4_s: float = _number(200.0, "mm⁴/s", "bending stiffness B/ξ∥", FITTED)
+    stretching_mm2_s: float = _number(
+        8000.0, "mm²/s", "stretching stiffness EA/ξ∥", "numerical: gives by 0.5 % at most"
+    )
+    peristalsis_mm: float = _number(
+        1.0, "mm", "longest less shortest length, A_L", "paper: amplitude"
+    )
+    peristalsis_s: float = _number(paper.PERISTALSIS_S, "s", "period T_L", "paper")
+    undulation_mm: float = _number(
+        1.4, "mm", "amplitude A_T of the transverse wave of a free worm", "paper"
+    )
+    undulation_s: float = _number(paper.UNDULATION_S, "s", "period T_T", "paper")
+    undulation_length_mm: float = _number(
+        24.0, "mm", "length of the wave", "v_w T_T: a wave that does not slip"
+    )
+    head_mm: float = _number(3.0, "mm", "length of the head that searches", FITTED)
+    head_bend_per_mm: float = _number(
+        0.15, "1/mm", "standard deviation of the head's curvature at rest", FITTED
+    )
+    head_bend_s: float = _number(1.5, "s", "correlation time of that curvature", FITTED)
+    withdrawal_per_s: float = _number(
+        0.5, "1/s", "rate at which a head that touches is withdrawn", FITTED
+    )
+    withdrawal_s: float = _number(
+        0.6, "s", "mean time that it crawls backwards for then", "one peristaltic stroke, T_L"
+    )
+    self_contact: bool = field(
+        default=True,
+        metadata={
+            "unit": "yes/no",
+            "meaning": "strands of the body lie beside each other; else they may overlap",
+            "source": "the sheet is h = 1.5 mm high, both occur",
+        },
+    )
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value, low = getattr(self, item.name), item.metadata.get("low", -inf)
+            if not (isfinite(value) and value >= low):
+                raise ValueError(f"{item.name} is {value}; it must be {low:g} or more")
+        for name in ("length_mm", "width_mm", "head_bend_s", "peristalsis_s", "undulation_s"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be above 0")
+        if not (self.drag_ratio > 0.0 and self.undulation_length_mm > 0.0):
+            raise ValueError("drag_ratio and undulation_length_mm must be above 0")
+        if not self.peristalsis_mm < self.length_mm:
+            raise ValueError(f"peristalsis_mm must be below length_mm = {self.length_mm:g}")
+
+
+def parameter_table(
+    parameters: FilamentParameters,
+) -> Iterator[tuple[str, float | bool, str, str, str]]:
+    """Yield name, value, unit, meaning and source of every parameter."""
+    for item in fields(parameters):
+        told = item.metadata
+        value = getattr(parameters, item.name)
+        yield item.name, value, told["unit"], told["meaning"], told["source"]

@@ -1,0 +1,104 @@
+"""A trial is one life of a worm: the same for a seed, seen at any rate, and it gets out."""
+
+from itertools import islice
+from math import inf
+
+import numpy as np
+import pytest
+
+from worm_model.filament.compiled import compiled_and_kept, sources_number
+from worm_model.filament.parameters import FilamentParameters, parameter_table
+from worm_model.filament.rig import FilamentRig
+from worm_model.filament.trial import frames, simulate
+from worm_model.filament.walls import wall_distance_mm
+
+WORM, RIG = FilamentParameters(), FilamentRig(exit_width_mm=3.0)
+
+
+@pytest.fixture(scope="module")
+def trial():
+    return simulate(WORM, RIG, seed=1, duration_s=420.0, frames_per_s=10.0)
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_one_another_life():
+    first, again, other = (
+        simulate(WORM, RIG, seed=seed, duration_s=3.0, frames_per_s=30.0) for seed in (5, 5, 6)
+    )
+    assert first.midline_mm.tobytes() == again.midline_mm.tobytes()
+    assert np.abs(first.midline_mm - other.midline_mm).max() > 1.0
+
+
+def test_frames_one_by_one_are_those_of_the_whole_trial():
+    whole = simulate(WORM, RIG, seed=5, duration_s=2.5, frames_per_s=12.0)
+    live = list(frames(WORM, RIG, seed=5, duration_s=2.5, frames_per_s=12.0))
+    assert len(live) == len(whole.t_s) == 30
+    assert np.array_equal(np.stack(live), whole.midline_mm)
+
+
+def test_a_life_without_end_can_be_watched():
+    assert len(list(islice(frames(WORM, RIG, seed=1, duration_s=inf, frames_per_s=2.0), 5))) == 5
+
+
+def test_the_life_does_not_depend_on_how_often_it_is_seen():
+    slow = simulate(WORM, RIG, seed=2, duration_s=4.0, frames_per_s=10.0)
+    fast = simulate(WORM, RIG, seed=2, duration_s=4.0, frames_per_s=70.0)
+    assert fast.midline_mm[::7] == pytest.approx(slow.midline_mm, abs=1e-9)
+
+
+def test_the_worm_gets_through_the_passage_into_the_other_chamber(trial):
+    far = RIG.far_centre_mm
+    in_b = np.all(np.hypot(trial.midline_mm[..., 0] - far, trial.midline_mm[..., 1]) < 10, axis=1)
+    assert in_b.any()
+    assert trial.withdrawing.any()
+    assert not trial.withdrawing.all()
+
+
+def test_no_point_is_in_a_wall(trial):
+    points = trial.midline_mm[::20].reshape(-1, 2)
+    assert wall_distance_mm(points, RIG).min() > 0.0
+
+
+def test_the_head_moves_no_faster_than_a_worm_can(trial):
+    speed = np.hypot(*np.diff(trial.midline_mm[:, 0], axis=0).T) * 10.0
+    assert speed.max() < 25.0
+
+
+def test_every_parameter_has_a_unit_a_meaning_and_a_source():
+    rows = list(parameter_table(WORM))
+    assert len(rows) == len(WORM.__dataclass_fields__)
+    assert all(unit and meaning and source for _, _, unit, meaning, source in rows)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"length_mm": 0.0},
+        {"bending_mm4_s": -1.0},
+        {"segments": 2},
+        {"drag_ratio": 0.0},
+        {"peristalsis_mm": 20.0},
+        {"head_bend_s": float("nan")},
+    ],
+)
+def test_numbers_that_make_no_sense_are_refused(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        FilamentParameters(**wrong)
+
+
+def test_machine_code_that_cannot_be_kept_is_made_anew(monkeypatch):
+    def nowhere(cache=False):
+        raise RuntimeError("cannot cache function: no locator available")
+
+    def fake(function=None, cache=False):
+        return nowhere() if cache else function
+
+    monkeypatch.setattr("worm_model.filament.compiled.njit", fake)
+    assert compiled_and_kept(abs) is abs
+
+
+def test_the_machine_code_is_tied_to_all_of_its_sources(tmp_path, monkeypatch):
+    (tmp_path / "a.py").write_text("A = 1")
+    monkeypatch.setattr("worm_model.filament.compiled.__file__", str(tmp_path / "compiled.py"))
+    before = sources_number()
+    (tmp_path / "a.py").write_text("A = 2")
+    assert sources_number() != before
