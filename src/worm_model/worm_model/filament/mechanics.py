@@ -4,13 +4,11 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from worm_model.filament.compiled import compiled
 from worm_model.filament.walls import Walls, nearest_walls
-from worm_msgs_py.arrays import Floats
+from worm_msgs_py.arrays import Floats, Mask
 
-Flags = NDArray[np.bool_]
 BAND = 6
 """Diagonals of the matrix from its middle on: a point's x and y, and those of its two neighbours
 on one side."""
@@ -53,7 +51,7 @@ class Elasticity(NamedTuple):
 
 
 @compiled
-def tangents(points: Floats, out: Floats) -> None:
+def point_tangents(points: Floats, out: Floats) -> None:
     """Fill in the unit tangent at each point, towards the head."""
     n = len(points)
     for i in range(n):
@@ -195,7 +193,7 @@ def _find_walls(
 
 
 @compiled
-def _change_held(held: Flags, moved: Floats, gap: Floats, normal: Floats) -> bool:
+def _change_held(held: Mask, moved: Floats, gap: Floats, normal: Floats) -> bool:
     """Hold the points that would go into a wall, let go those that it would pull; say if any."""
     changed = False
     for i in range(len(held)):
@@ -208,13 +206,37 @@ def _change_held(held: Flags, moved: Floats, gap: Floats, normal: Floats) -> boo
 
 
 @compiled
+def _moved(
+    base: Floats, force: Floats, held: Mask, gap: Floats, normal: Floats, wall: float
+) -> Floats:
+    """Return how far each point goes in a step, with the walls pushing where they must."""
+    n = len(force)
+    moved = np.empty(2 * n)
+    for _ in range(ACTIVE_SET_TRIES):
+        matrix = base.copy()
+        moved[:] = force.reshape(2 * n)
+        for i in range(n):
+            for k in range(2):
+                if held[i, k]:
+                    nx, ny = normal[i, k, 0], normal[i, k, 1]
+                    xy = wall * nx * ny
+                    _add_block(matrix, i, i, wall * nx * nx, xy, xy, wall * ny * ny)
+                    moved[2 * i] -= wall * gap[i, k] * nx
+                    moved[2 * i + 1] -= wall * gap[i, k] * ny
+        solve_band(matrix, moved)
+        if not _change_held(held, moved, gap, normal):
+            break
+    return moved.reshape((n, 2))
+
+
+@compiled
 def step_body(
     points: Floats,
     drive: Floats,
     stretch: float,
     curvature: Floats,
     clearance: Floats,
-    held: Flags,
+    held: Mask,
     walls: Walls,
     body: Elasticity,
 ) -> None:
@@ -244,7 +266,7 @@ def step_body(
     base, force = np.zeros((2 * n, BAND)), np.zeros((n, 2))
     tangent, gap, normal = np.empty((n, 2)), np.empty((n, 2)), np.zeros((n, 2, 2))
     rest = body.rest_mm * stretch
-    tangents(points, tangent)
+    point_tangents(points, tangent)
     for i in range(n):
         length = body.rest_mm * (0.5 if i in (0, n - 1) else 1.0)
         force[i, 0] += length * drive[i] * tangent[i, 0]
@@ -255,19 +277,4 @@ def step_body(
     if body.width_mm > 0.0:
         _add_self_contact(force, points, body)
     _find_walls(points, clearance, walls, gap, normal)
-    moved = np.empty(2 * n)
-    for _ in range(ACTIVE_SET_TRIES):
-        matrix = base.copy()
-        moved[:] = force.reshape(2 * n)
-        for i in range(n):
-            for k in range(2):
-                if held[i, k]:
-                    nx, ny = normal[i, k, 0], normal[i, k, 1]
-                    w = body.wall
-                    _add_block(matrix, i, i, w * nx * nx, w * nx * ny, w * nx * ny, w * ny * ny)
-                    moved[2 * i] -= w * gap[i, k] * nx
-                    moved[2 * i + 1] -= w * gap[i, k] * ny
-        solve_band(matrix, moved)
-        if not _change_held(held, moved, gap, normal):
-            break
-    points += moved.reshape((n, 2))
+    points += _moved(base, force, held, gap, normal, body.wall)

@@ -5,7 +5,6 @@ from math import pi
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from worm_model.filament.compiled import compiled_and_kept, sources_number
 from worm_model.filament.mechanics import Elasticity, step_body
@@ -14,10 +13,9 @@ from worm_model.filament.rig import FilamentRig
 from worm_model.filament.strokes import Activity, act
 from worm_model.filament.walls import Walls, nearest_walls, push_out
 from worm_msgs_py import paper
-from worm_msgs_py.arrays import Floats
+from worm_msgs_py.arrays import Floats, Mask
 
-Flags = NDArray[np.bool_]
-HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS = 1.5, 2.5
+HEAD_END_WIDTHS, TAIL_END_WIDTHS = 1.5, 2.5
 """Length over which the body's round ends grow to its width, in widths."""
 TIP_CLEARANCE_MM = 0.02
 """How near the tips come to a wall: less than a pixel."""
@@ -39,7 +37,7 @@ class Course(NamedTuple):
     """
 
     points_mm: Floats
-    withdrawing: Flags
+    withdrawing: Mask
 
 
 class FilamentMotion:
@@ -105,8 +103,8 @@ def clearance_mm(parameters: FilamentParameters, rig: FilamentRig) -> Floats:
     """Return how near each point of the midline may come to a wall: half of the body's width."""
     s = np.linspace(0.0, parameters.length_mm, parameters.segments + 1)
     width = parameters.width_mm
-    near_head = 1.0 - s / (HEAD_TAPER_WIDTHS * width)
-    near_tail = 1.0 - (parameters.length_mm - s) / (TAIL_TAPER_WIDTHS * width)
+    near_head = 1.0 - s / (HEAD_END_WIDTHS * width)
+    near_tail = 1.0 - (parameters.length_mm - s) / (TAIL_END_WIDTHS * width)
     taper = np.clip(np.maximum(near_head, near_tail), 0.0, 1.0)
     half = np.maximum(0.5 * width * np.sqrt(1.0 - taper**2), TIP_CLEARANCE_MM)
     if rig.exit_width_mm > 0.0:
@@ -149,7 +147,7 @@ def _make_loop(sources: int) -> Callable[..., None]:
     def loop(
         points: Floats,
         activity: Floats,
-        held: Flags,
+        held: Mask,
         noise: Floats,
         s_mm: Floats,
         clearance: Floats,
