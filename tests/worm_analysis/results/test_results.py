@@ -1,12 +1,16 @@
 """Results that cannot be reported are refused in one line that says what to do."""
 
 import json
+import shutil
 
+import numpy as np
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from report_trial import record, states
 
 from worm_analysis.report import write_report
+from worm_analysis.results import contacts, passages, read_results, sums, tracks
 from worm_msgs_py.errors import ReportError
 
 FILES = ["tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json"]
@@ -92,3 +96,46 @@ def test_results_that_are_not_whole(results, complete):
     summary = json.loads(path.read_text(encoding="utf-8")) | {"complete": complete}
     path.write_text(json.dumps(summary), encoding="utf-8")
     assert "not complete" in refused(results, path)
+
+
+@pytest.mark.parametrize(
+    ("name", "schema"),
+    [
+        ("tracks.parquet", tracks.SCHEMA),
+        ("contacts.parquet", contacts.SCHEMA),
+        ("passages.parquet", passages.SCHEMA),
+        ("sums.parquet", sums.SCHEMA),
+    ],
+)
+def test_a_table_says_what_its_columns_are(results, name, schema):
+    written = pq.read_schema(results / name)
+    assert written.equals(schema)
+    assert written.metadata == schema.metadata
+    assert [column.metadata for column in written] == [column.metadata for column in schema]
+
+
+def test_contact_is_true_false_or_null_and_is_read_as_1_0_or_nan(results):
+    path = results / "tracks.parquet"
+    table = pq.read_table(path)
+    told = [True, False, None] * (table.num_rows // 3)
+    place = table.schema.get_field_index("contact")
+    table = table.slice(0, len(told)).set_column(
+        place, tracks.SCHEMA.field("contact"), pa.array(told, pa.bool_())
+    )
+    pq.write_table(table, path)
+    read = read_results(results).tracks["contact"]
+    np.testing.assert_array_equal(read, [1.0, 0.0, np.nan] * (len(told) // 3))
+
+
+def test_results_whose_tables_say_nothing_of_themselves_give_the_same_report(results, tmp_path):
+    """So they were written by earlier versions: only names and types of columns are relied on."""
+    write_report(results)
+    old = tmp_path / "old"
+    shutil.copytree(results, old)
+    for path in old.glob("*.parquet"):
+        table = pq.read_table(path)
+        bare = pa.schema([(field.name, field.type) for field in table.schema])
+        pq.write_table(table.cast(bare), path)
+        assert pq.read_schema(path).field(0).metadata is None
+    write_report(old)
+    assert (old / "report.html").read_bytes() == (results / "report.html").read_bytes()

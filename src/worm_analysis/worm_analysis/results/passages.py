@@ -8,25 +8,59 @@ import pyarrow as pa
 
 from worm_analysis.results.parquet_table import Columns, Row
 from worm_msgs_py import Attempt, StrokePhase, Visit
+from worm_msgs_py.files.table_schema import NO_UNIT, PLAIN, column, table_schema
 from worm_msgs_py.units import MM_PER_M
 
-SCHEMA = pa.schema(
+SCHEMA = table_schema(
+    "A row a visit of a chamber, and a row an attempt at its exit, as each closed. What only the "
+    "other kind has is null.",
     [
-        ("record", pa.string()),
-        ("chamber", pa.string()),
-        ("start_ns", pa.int64()),
-        ("end_ns", pa.int64()),
-        ("first_contact_ns", pa.int64()),
-        ("theta_h0_rad", pa.float64()),
-        ("tau_h_s", pa.float64()),
-        ("skips", pa.int64()),
-        ("penetration_mm", pa.float64()),
-        ("success", pa.bool_()),
-        ("wall_contact", pa.bool_()),
-        ("stroke_phase", pa.string()),
-        ("complete", pa.bool_()),
-    ]
-)
+        column("record", pa.string(), NO_UNIT, "visit or attempt: which of the two the row is."),
+        column("chamber", pa.string(), NO_UNIT, "chamber_a or chamber_b, whose exit it is."),
+        column(
+            "start_ns", pa.int64(), "ns",
+            "Stamp of the entry into the chamber; of an attempt, of the head's entering the exit.",
+        ),
+        column(
+            "end_ns", pa.int64(), "ns",
+            "Stamp of the head's entering the exit, or of the last frame; of an attempt, of the "
+            "head's withdrawal or of the centroid's entering.",
+        ),
+        column(
+            "first_contact_ns", pa.int64(), "ns",
+            "Stamp of a visit's first contact with the wall; τ_h counts from here.",
+        ),
+        column(
+            "theta_h0_rad", pa.float64(), "rad",
+            "θ_h⁰, polar angle of the head at a visit's first contact, in (−π, π].",
+        ),
+        column(
+            "tau_h_s", pa.float64(), "s",
+            "τ_h, time from a visit's first contact until the head enters the exit.",
+        ),
+        column(
+            "skips", pa.int64(), PLAIN,
+            "Times that the head passed the exit's arc out of contact and did not enter.",
+        ),
+        column("penetration_mm", pa.float64(), "mm", "x_p, how far the head got into the passage."),
+        column(
+            "success", pa.bool_(), NO_UNIT,
+            "Whether the centroid followed into the passage; null where nobody saw it.",
+        ),
+        column(
+            "wall_contact", pa.bool_(), NO_UNIT,
+            "Whether the head touched the passage's walls; null where it cannot be told.",
+        ),
+        column(
+            "stroke_phase", pa.string(), NO_UNIT,
+            "Phase of the peristaltic stroke at withdrawal: elongation, contraction, unknown.",
+        ),
+        column(
+            "complete", pa.bool_(), NO_UNIT,
+            "False where the start or end of a visit was not seen, or an attempt was not decided.",
+        ),
+    ],
+)  # fmt: skip
 
 
 def passage_row(event: Visit | Attempt) -> Row:

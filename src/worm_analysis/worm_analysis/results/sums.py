@@ -14,10 +14,19 @@ import pyarrow.parquet as pq
 from worm_analysis.results import entries
 from worm_analysis.results.parquet_table import damage_reported
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.files.table_schema import NO_UNIT, PLAIN, column, table_schema
 
-SCHEMA = pa.schema(
-    [("name", pa.string()), ("block", pa.int64()), ("values", pa.list_(pa.float64()))]
-)
+SCHEMA = table_schema(
+    "What a trial's numbers rest on, so that trials add up: a row a sum and block of time.",
+    [
+        column("name", pa.string(), NO_UNIT, "Which sum: mostly the number that rests on it."),
+        column("block", pa.int64(), PLAIN, "Number of the block of time, from 0; at most 64."),
+        column(
+            "values", pa.list_(pa.float64()), "SI",
+            "Number of items, then sums of values, of squares …, or counts of a histogram.",
+        ),
+    ],
+)  # fmt: skip
 
 
 def write_sums(path: Path, sums: Mapping[str, Floats]) -> None:

@@ -13,6 +13,8 @@ import pyarrow as pa
 from worm_analysis.results.parquet_table import Row
 from worm_msgs_py import BodyState, Keypoint, Midline, Observables
 from worm_msgs_py.contract.body import KEYPOINTS
+from worm_msgs_py.files.frame_columns import frame_column
+from worm_msgs_py.files.table_schema import table_schema
 from worm_msgs_py.units import MM_PER_M
 
 _FLOAT64 = pa.float64()
@@ -29,27 +31,31 @@ _OBSERVED = {
 }
 """Columns of the observables, from which field and by which factor."""
 
-SCHEMA = pa.schema(
-    [
-        ("stamp_ns", pa.int64()),
-        ("frame", pa.int64()),
-        ("where", pa.string()),
-        ("status", pa.string()),
-        ("confidence", _FLOAT64),
-        ("head_certainty", _FLOAT64),
-        *((f"{point}_{axis}_px", _FLOAT64) for point in KEYPOINTS for axis in "uv"),
-        *((f"{point}_{axis}_mm", _FLOAT64) for point in KEYPOINTS for axis in "xy"),
-        *((f"{point}_yaw_deg", _FLOAT64) for point in KEYPOINTS),
-        ("midline_u_px", pa.list_(pa.float32())),
-        ("midline_v_px", pa.list_(pa.float32())),
-        ("midline_width_px", pa.list_(pa.float32())),
-        ("length_mm", _FLOAT64),
-        ("width_mm", _FLOAT64),
-        ("length_px", _FLOAT64),
-        ("width_px", _FLOAT64),
-        *((name, _FLOAT64) for name in _OBSERVED),
-        ("contact", pa.bool_()),
-    ]
+_KINDS = {
+    "stamp_ns": pa.int64(),
+    "frame": pa.int64(),
+    "where": pa.string(),
+    "status": pa.string(),
+    "confidence": _FLOAT64,
+    "head_certainty": _FLOAT64,
+    **{f"{point}_{axis}_px": _FLOAT64 for point in KEYPOINTS for axis in "uv"},
+    **{f"{point}_{axis}_mm": _FLOAT64 for point in KEYPOINTS for axis in "xy"},
+    **{f"{point}_yaw_deg": _FLOAT64 for point in KEYPOINTS},
+    "midline_u_px": pa.list_(pa.float32()),
+    "midline_v_px": pa.list_(pa.float32()),
+    "midline_width_px": pa.list_(pa.float32()),
+    "length_mm": _FLOAT64,
+    "width_mm": _FLOAT64,
+    "length_px": _FLOAT64,
+    "width_px": _FLOAT64,
+    **dict.fromkeys(_OBSERVED, _FLOAT64),
+    "contact": pa.bool_(),
+}
+SCHEMA = table_schema(
+    "A row a frame, in the order of time, as it was tracked. What is not known is NaN or null. x "
+    "and y of a head in the passage are in the frame of the chamber that it came from; where no "
+    "chamber is in view they are those of the picture, y down.",
+    (frame_column(name, kind) for name, kind in _KINDS.items()),
 )
 READ = [field.name for field in SCHEMA if not pa.types.is_list(field.type)]
 """The columns that are read: all but the midlines."""

@@ -123,7 +123,7 @@ def _table(example: Example) -> dict[str, Any]:
         "theta_h_deg": np.degrees(tracks["theta_h_rad"]),
         "psi_b_deg": tracks["psi_b_deg"],
         "psi_h_deg": tracks["psi_h_deg"],
-        "contact": tracks["contact"],
+        "contact": [None if np.isnan(told) else bool(told) for told in tracks["contact"]],
     }
 
 

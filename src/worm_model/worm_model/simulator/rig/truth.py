@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from worm_model.simulator.rig.body import Body
 from worm_model.simulator.rig.drawing import Coverage, worm_coverage
 from worm_model.simulator.rig.geometry import Rig
+from worm_msgs_py.files.frame_columns import frame_column
+from worm_msgs_py.files.table_schema import table_schema
 from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.paper import CONTACT_DISTANCE_WIDTHS
 
@@ -140,7 +142,10 @@ def _schema() -> pa.Schema:
         list[float]: pa.list_(pa.float64()),
     }
     annotations = TruthRow.__annotations__
-    return pa.schema([(name, types.get(kind, pa.bool_())) for name, kind in annotations.items()])
+    return table_schema(
+        "A row a frame of a drawn film: what is true of it.",
+        (frame_column(name, types.get(kind, pa.bool_())) for name, kind in annotations.items()),
+    )
 
 
 SCHEMA = _schema()
