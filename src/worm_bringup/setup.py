@@ -24,6 +24,7 @@ setup(
         "console_scripts": [
             "worm = worm_bringup.cli:main",
             "recorder = worm_bringup.recorder.recorder_node:main",
-        ]
+        ],
+        "pytest11": ["worm_bringup.pytest_plugin = worm_bringup.pytest_plugin"],
     },
 )
