@@ -19,8 +19,9 @@ from rich.progress import track
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from worm_model.simulator.film import FilmFrame, frame_stamp_ns, write_film, write_jpeg_bag
+from worm_model.simulator.film import FilmFrame, frame_stamp_ns, write_film, write_picture_bag
 from worm_model.simulator.rig import Body, Optics, Rig, draw, truth_of
+from worm_model.simulator.rig.skins import SKINS_FILE
 
 HERE = Path(__file__).parent
 
@@ -83,7 +84,7 @@ def main() -> None:
         if options.folded:
             keep_folded_worms(options.folded, HERE / "source" / "folded_worms.npz")
         if options.skins:
-            keep_skins(options.skins / "skins.npz", HERE / "source" / "lumbriculus_skins.npz")
+            keep_skins(options.skins / "skins.npz", SKINS_FILE)
         return
     video = options.wormtracer / "WT_grayscale.avi" if options.wormtracer else None
     new = options.out / ".new"
@@ -107,7 +108,7 @@ def build_wormtracer(bag: Path, video: Path | None = None, frames: int | None = 
     pictures = jpegs_of_avi(video) if video else jpegs_of_bag(HERE / "wormtracer")
     pictures = pictures[:frames]
     stamped = ((frame_stamp_ns(k, WORMTRACER_FPS), data) for k, data in enumerate(pictures))
-    write_jpeg_bag(bag, track(stamped, f"writing {bag.name}", total=len(pictures)))
+    write_picture_bag(bag, track(stamped, f"writing {bag.name}", total=len(pictures)))
 
 
 def jpegs_of_avi(video: Path) -> list[bytes]:

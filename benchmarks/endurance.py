@@ -21,7 +21,7 @@ from benchmarks.memory import draw, sampled_memory
 from worm_bringup.checkpoints import CheckpointFolder, Checkpoints
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.trial import Trial, run_trial
-from worm_model.simulator.film import encode_jpeg, write_jpeg_bag
+from worm_model.simulator.film import encode, write_picture_bag
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.playback import in_a_loop
 
@@ -47,7 +47,7 @@ def replay(
     """Replay the larva's film again and again, as one trial."""
     with tempfile.TemporaryDirectory() as folder:
         bag, out = Path(folder) / "long", Path(folder) / "out"
-        write_jpeg_bag(bag, islice(looped_film(side_px), frames))
+        write_picture_bag(bag, islice(looped_film(side_px), frames))
         print(f"{frames} pictures of {side_px} x {side_px} px in {_mib(bag):.0f} MiB", flush=True)
         trial = Trial(
             NodeSpec("worm_tracker.sources.replay_node", "image_source", {"bag": str(bag)}),
@@ -101,7 +101,7 @@ def _scaled(data: np.ndarray, side_px: int) -> bytes:
     grey = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
     if grey.shape == (side_px, side_px):
         return data.tobytes()
-    return encode_jpeg(cv2.resize(grey, (side_px, side_px), interpolation=cv2.INTER_AREA), 90)
+    return encode(cv2.resize(grey, (side_px, side_px), interpolation=cv2.INTER_AREA), 90)
 
 
 def _mib(folder: Path) -> float:

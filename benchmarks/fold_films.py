@@ -9,15 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_model.simulator import folded_worms
-from worm_model.simulator.film import FilmFrame, encode_jpeg
+from worm_model.simulator.film import FilmFrame, encode
 from worm_model.simulator.folded_worms import LOOKS, FoldedWorm, Look, film_worm, rig_for
 from worm_model.simulator.rig import Body, Rig
+from worm_model.simulator.rig.skins import read_skins
 from worm_model.simulator.rig.strands import Skin, is_folded
 from worm_model.simulator.worm import Walker, midlines_mm
 from worm_msgs_py.files.whole_files import whole_file
 
 SOURCE = Path(__file__).parents[1] / "bags" / "source"
-WORMS_FILE, SKINS_FILE = SOURCE / "folded_worms.npz", SOURCE / "lumbriculus_skins.npz"
+WORMS_FILE = SOURCE / "folded_worms.npz"
 WORMS = ("4001", "4002", "4003", "4004", "4005", "4006")
 OPEN = "open"
 """A worm that walks along the wall and never folds, to wear the real skins."""
@@ -118,7 +119,7 @@ def filmed(
     """Film a worm in a look, and yield its true body with each frame."""
     look, worm = LOOKS[look_name], _motion(name)
     worm = replace(worm, midlines_mm=worm.midlines_mm[:frames])
-    skin: Skin | None = folded_worms.read_skins(SKINS_FILE)[look.skin] if look.skin else None
+    skin: Skin | None = read_skins()[look.skin] if look.skin else None
     return film_worm(_rig(name, look), worm, look, skin)
 
 
@@ -138,7 +139,7 @@ def _drawn(name: str, look_name: str, frames: int | None = None) -> dict[str, ND
     width_px = 0.0
     for frame, true_body in filmed(name, look_name, frames):
         s = part * true_body.length_px
-        jpegs.append(encode_jpeg(frame.picture, look.jpeg_quality))
+        jpegs.append(encode(frame.picture, look.jpeg_quality))
         rows["stamp_ns"].append(frame.stamp_ns)
         rows["midline_px"].append(true_body.at(s))
         rows["half_width_px"].append(0.5 * np.interp(s, true_body.s_px, true_body.width_px))

@@ -6,7 +6,9 @@ setup(
     name=package_name,
     version="0.1.0",
     packages=find_packages(include=[package_name, package_name + ".*"]),
-    package_data={"": ["py.typed", "*.html", "*.j2", "*.css", "*.yaml", "*.xml"]},
+    package_data={
+        "": ["py.typed", "*.html", "*.j2", "*.css", "*.yaml", "*.xml", "*.npz", "LICENSE-*"]
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/" + package_name]),
         ("share/" + package_name, ["package.xml"]),

@@ -12,7 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 from rosbags.rosbag2 import Reader
 
-from worm_model.simulator.film import encode_jpeg
+from worm_model.simulator.film import encode
 
 BAGS = Path(__file__).parents[2] / "bags"
 
@@ -45,7 +45,7 @@ def test_larva_film_is_drawn_again_with_the_same_pictures(build, larva_truth):
     film = list(islice(build.larva_film(6), 6))
     kept = build.jpegs_of_bag(BAGS / "larva")
     for frame in film:
-        again = decoded(encode_jpeg(frame.picture, build.LARVA_JPEG_QUALITY))
+        again = decoded(encode(frame.picture, build.LARVA_JPEG_QUALITY))
         difference = np.abs(again - decoded(kept[frame.truth.frame]))
         assert (difference > 0).mean() < 0.01
         assert difference.max() < 12

@@ -13,7 +13,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
 from std_srvs.srv import Trigger
 
-from worm_model.simulator.film import encode_jpeg
+from worm_model.simulator.film import encode
 from worm_msgs_py import Status, convert, topics
 from worm_msgs_py.errors import BadInput, NoChamberFound
 from worm_msgs_py.ros.interfaces import RESULTS
@@ -163,7 +163,7 @@ def test_an_operator_exchanges_head_and_tail_for_the_rest_of_the_trial(bench, pi
 def test_a_damaged_picture_is_a_frame_with_its_status(bench, pictures):
     stand = bench()
     for frame, picture in enumerate(pictures[:8]):
-        data = encode_jpeg(picture, 90)
+        data = encode(picture, 90)
         msg = CompressedImage(format="jpeg")
         msg.header = message(picture, frame).header
         msg.data = data[: len(data) // 20] if frame == 5 else data

@@ -1,7 +1,5 @@
 """A worm that wears a real skin, and lies open: its tips, length and width."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -9,19 +7,18 @@ from worm_model.simulator.folded_worms import (
     LOOKS,
     FoldedWorm,
     film_worm,
-    read_skins,
     rig_for,
 )
+from worm_model.simulator.rig.skins import read_skins
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
-SKINS = Path(__file__).parents[2] / "bags" / "source" / "lumbriculus_skins.npz"
 FRAMES = 24
 
 
 @pytest.mark.parametrize("name", ["w4", "w5"])
 def test_a_real_skin_is_tracked_to_its_tips_and_as_wide_as_it_is(name):
-    look, skin = LOOKS[f"skin_{name}"], read_skins(SKINS)[name]
+    look, skin = LOOKS[f"skin_{name}"], read_skins()[name]
     s = np.linspace(0.0, -20.0, 121)
     angle = 0.14 * (s + 0.08 * np.arange(FRAMES)[:, None]) + 1.5
     lines = np.stack([6.5 * np.sin(angle), 1.5 - 6.5 * np.cos(angle)], axis=2)

@@ -11,11 +11,11 @@ from worm_model.simulator.folded_worms import (
     bodies,
     film_worm,
     read_folded_worms,
-    read_skins,
     rig_for,
     width_in,
 )
 from worm_model.simulator.rig import clear_view
+from worm_model.simulator.rig.skins import read_skins
 from worm_model.simulator.rig.strands import is_folded, skinned_view
 
 SOURCE = Path(__file__).parents[3] / "bags" / "source"
@@ -28,7 +28,7 @@ def worms():
 
 @pytest.fixture(scope="module")
 def skins():
-    return read_skins(SOURCE / "lumbriculus_skins.npz")
+    return read_skins()
 
 
 def test_six_worms_of_a_thousand_frames_fold_within_the_chamber(worms):

@@ -1,7 +1,5 @@
 """A body laid double is told by its step; one whose skin varies and that tapers is not."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from drawn_folds import HEADINGS, LEVEL, WIDTHS, Drawn, as_rows
@@ -12,14 +10,13 @@ from worm_model.simulator.folded_worms import (
     LOOKS,
     FoldedWorm,
     film_worm,
-    read_skins,
     rig_for,
 )
+from worm_model.simulator.rig.skins import read_skins
 from worm_tracker.midline.doubled import DoubledSettings, looks_doubled
 from worm_tracker.midline.refine import RefinedMidline, RefineSettings, refine
 
 SETTINGS = DoubledSettings()
-SKINS = Path(__file__).parents[3] / "bags" / "source" / "lumbriculus_skins.npz"
 PART = np.linspace(0.0, 1.0, 65)
 
 
@@ -94,7 +91,7 @@ PALE_TAIL = pytest.mark.xfail(strict=True, reason="its tail is paler within a wi
     ],
 )
 def test_a_real_skin_on_an_open_body_is_not(name, turn_per_mm):
-    skin, look = read_skins(SKINS)[name], LOOKS[f"skin_{name}"]
+    skin, look = read_skins()[name], LOOKS[f"skin_{name}"]
     s = np.linspace(0.0, skin.length_mm, 201)
     z = np.r_[0.0, np.cumsum(np.exp(1j * turn_per_mm * s[:-1]) * np.diff(s))]
     z -= complex(z.real.max() + z.real.min(), z.imag.max() + z.imag.min()) / 2

@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from worm_model.simulator.rig import TruthRow, write_truth
+from worm_model.simulator.rig import FilmedPicture, TruthRow, write_truth
 from worm_msgs_py import topics
 from worm_msgs_py.contract.frames import CAMERA
 from worm_msgs_py.files.whole_files import new_file, new_folder
@@ -18,6 +17,7 @@ from worm_msgs_py.units import NS_PER_S
 
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
 _COMPRESSED = "sensor_msgs/msg/CompressedImage"
+_PNG = b"\x89PNG"
 
 
 class FilmFrame(NamedTuple):
@@ -27,14 +27,14 @@ class FilmFrame(NamedTuple):
     ----------
     stamp_ns : int
         Time of capture; the film starts at 0.
-    picture : ndarray of uint8, shape (height, width)
-        Grey levels.
+    picture : ndarray of uint8 or uint16, shape (height, width)
+        FilmedPicture levels.
     truth : TruthRow
         What is true of it.
     """
 
     stamp_ns: int
-    picture: NDArray[np.uint8]
+    picture: FilmedPicture
     truth: TruthRow
 
 
@@ -58,7 +58,7 @@ def write_film(path: Path, film: Iterable[FilmFrame], *, jpeg_quality: int = 90)
     film : iterable of FilmFrame
         Its frames in time order.
     jpeg_quality : int
-        0 to 100.
+        0 to 100, of pictures of 8 bits; those of 16 are PNG.
 
     Returns
     -------
@@ -76,7 +76,7 @@ def write_film(path: Path, film: Iterable[FilmFrame], *, jpeg_quality: int = 90)
     def encoded() -> Iterator[tuple[int, bytes]]:
         for frame in film:
             rows.append(frame.truth)
-            yield frame.stamp_ns, encode_jpeg(frame.picture, jpeg_quality)
+            yield frame.stamp_ns, encode(frame.picture, jpeg_quality)
 
     with new_file(truth) as unfinished, new_folder(path) as folder:
         _write_bag(folder, encoded())
@@ -84,17 +84,21 @@ def write_film(path: Path, film: Iterable[FilmFrame], *, jpeg_quality: int = 90)
     return truth
 
 
-def encode_jpeg(picture: NDArray[np.uint8], quality: int) -> bytes:
-    """Encode a mono picture; the same picture gives the same bytes."""
-    options = [cv2.IMWRITE_JPEG_QUALITY, quality, cv2.IMWRITE_JPEG_OPTIMIZE, 1]
-    done, data = cv2.imencode(".jpg", picture, options)
+def encode(picture: FilmedPicture, jpeg_quality: int) -> bytes:
+    """Encode a mono picture, as JPEG or, of 16 bits, as PNG; the same gives the same bytes."""
+    options = [cv2.IMWRITE_JPEG_QUALITY, jpeg_quality, cv2.IMWRITE_JPEG_OPTIMIZE, 1]
+    done, data = (
+        cv2.imencode(".jpg", picture, options)
+        if picture.dtype == np.uint8
+        else cv2.imencode(".png", picture)
+    )
     if not done:
         raise ValueError(f"OpenCV could not encode a picture of {picture.shape}, {picture.dtype}")
     return data.tobytes()
 
 
-def write_jpeg_bag(path: Path, frames: Iterable[tuple[int, bytes]]) -> None:
-    """Write JPEG files, byte for byte, as CompressedImage messages on ``image_raw/compressed``.
+def write_picture_bag(path: Path, frames: Iterable[tuple[int, bytes]]) -> None:
+    """Write JPEG or PNG files as they are, as CompressedImage messages on ``image_raw/compressed``.
 
     The bag is written in a hidden folder beside `path` and moved in place when it is whole.
 
@@ -103,7 +107,7 @@ def write_jpeg_bag(path: Path, frames: Iterable[tuple[int, bytes]]) -> None:
     path : Path
         The rosbag2 folder (mcap) to make.
     frames : iterable of (int, bytes)
-        Stamp in nanoseconds, and the JPEG file.
+        Stamp in nanoseconds, and the file.
 
     Raises
     ------
@@ -128,6 +132,6 @@ def _compressed_image(stamp_ns: int, data: bytes) -> object:
     seconds, nanoseconds = divmod(stamp_ns, NS_PER_S)
     return _TYPES.types[_COMPRESSED](
         header=header(stamp=time(sec=seconds, nanosec=nanoseconds), frame_id=CAMERA),
-        format="jpeg",
+        format="mono16; png compressed" if data.startswith(_PNG) else "jpeg",
         data=np.frombuffer(data, dtype=np.uint8),
     )

@@ -22,7 +22,6 @@ from worm_model.simulator.take import Take
 from worm_msgs_py.arrays import Floats
 
 UM_PER_MM = 1000.0
-TRANSMISSION_STEPS = 200.0
 SPECKS, SMALLEST_SPECK_MM, LARGEST_SPECK_MM = 30, 0.06, 0.25
 THIN_TAIL_WIDTH, THIN_TAIL_PART = 0.1, 0.35
 """A thin tail falls to this part of the full width, over this part of the length."""
@@ -107,22 +106,6 @@ def _summed(steps: np.ndarray) -> Floats:
     """Undo the differences by frame and by point, (2, frames, n), in whole micrometres."""
     um = np.cumsum(np.cumsum(steps.astype(np.int64), axis=1), axis=2)
     return np.asarray(np.moveaxis(um, 0, -1), dtype=np.float64)
-
-
-def read_skins(path: Path) -> dict[str, Skin]:
-    """Read the real skins kept in ``bags/source/lumbriculus_skins.npz``, by name."""
-    with np.load(path) as data:
-        names = sorted(key.removeprefix("width_um_") for key in data if key.startswith("width"))
-        return {
-            name: Skin(
-                transmission=data[f"transmission_{name}"] / TRANSMISSION_STEPS,
-                first_s_mm=float(data[f"first_s_mm_{name}"]),
-                per_mm=float(data["per_mm"]),
-                length_mm=float(data[f"length_mm_{name}"]),
-                width_mm=data[f"width_um_{name}"] / UM_PER_MM,
-            )
-            for name in names
-        }
 
 
 def width_in(look: Look, worm: FoldedWorm, skin: Skin | None = None) -> Floats:

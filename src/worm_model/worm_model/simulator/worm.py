@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from worm_model.simulator.film import FilmFrame, frame_stamp_ns
 from worm_model.simulator.head_path import LEAN_RAD, HeadPath, Walker
 from worm_model.simulator.rig import Body, Rig, draw, truth_of, worm_coverage
+from worm_model.simulator.rig.body import HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS
 
 __all__ = ["Walker", "midlines_mm", "rounded_body", "simulate_film"]
 
@@ -28,7 +29,6 @@ INWARD_S = 3.0
 """Time in which the body drifts away from the wall."""
 INNER_RADIUS = 0.55
 """Radius, in units of R, to which the body's rear drifts."""
-HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS = 1.5, 2.5
 
 
 def simulate_film(rig: Rig, walker: Walker, duration_s: float, fps: float) -> Iterator[FilmFrame]:

@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
+HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS = 1.5, 2.5
+"""Lengths over which the ends of the worms here are rounded, as half ellipses."""
 FINE_PX = 0.5
 """Step of the resampled midline."""
 
@@ -67,8 +69,8 @@ class Body:
         fine, fine_width = _resample(points, width)
         s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(fine, axis=0).T))]
         middle = float(np.median(fine_width))
-        head = 1.5 * middle if head_taper_px is None else head_taper_px
-        tail = 2.5 * middle if tail_taper_px is None else tail_taper_px
+        head = HEAD_TAPER_WIDTHS * middle if head_taper_px is None else head_taper_px
+        tail = TAIL_TAPER_WIDTHS * middle if tail_taper_px is None else tail_taper_px
         rounding = _end_factor(s, head) * _end_factor(s[-1] - s, tail)
         return cls(fine, s, fine_width * rounding)
 

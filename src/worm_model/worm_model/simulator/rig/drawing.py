@@ -11,6 +11,10 @@ from numpy.typing import NDArray
 
 from worm_model.simulator.rig.body import Body
 from worm_model.simulator.rig.geometry import Rig
+from worm_model.simulator.rig.optics import FilmedPicture
+
+SIXTEEN, STEPS_16 = 16, 257
+"""Bits of a deep picture, and its steps for each grey level of a picture of 8 bits."""
 
 
 class Coverage(NamedTuple):
@@ -38,7 +42,7 @@ class Coverage(NamedTuple):
         return self.u0 + u, self.v0 + v
 
 
-def draw(rig: Rig, body: Body | None, frame: int) -> NDArray[np.uint8]:
+def draw(rig: Rig, body: Body | None, frame: int) -> FilmedPicture:
     """Draw one frame of the film.
 
     Parameters
@@ -52,8 +56,8 @@ def draw(rig: Rig, body: Body | None, frame: int) -> NDArray[np.uint8]:
 
     Returns
     -------
-    ndarray of uint8, shape (rig.height_px, rig.width_px)
-        Grey levels. The same arguments give the same bytes.
+    ndarray of uint8 or uint16, shape (rig.height_px, rig.width_px)
+        FilmedPicture levels. The same arguments give the same bytes.
 
     Notes
     -----
@@ -87,7 +91,7 @@ def clear_view(rig: Rig, body: Body | None) -> NDArray[np.float32]:
     return picture
 
 
-def expose(rig: Rig, view: NDArray[np.float32], frame: int) -> NDArray[np.uint8]:
+def expose(rig: Rig, view: NDArray[np.float32], frame: int) -> FilmedPicture:
     """Take the picture of a view: add the noise of this frame and round to grey levels.
 
     Parameters
@@ -95,15 +99,29 @@ def expose(rig: Rig, view: NDArray[np.float32], frame: int) -> NDArray[np.uint8]
     rig : Rig
         Gives the noise.
     view : ndarray of float32, shape (rig.height_px, rig.width_px)
-        Mean grey levels; changed in place.
+        Mean grey levels, 0 to 255; changed in place.
     frame : int
         Number of the frame: chooses the noise.
+
+    Returns
+    -------
+    ndarray of uint8 or uint16, as the optics have it
+        In 16 bits a grey level is 257 steps.
     """
-    if rig.optics.noise > 0.0:
-        view += rig.optics.noise_of_frame(frame, view.shape)
-    np.rint(view, out=view)
+    optics = rig.optics
+    if optics.noise > 0.0 or optics.shot_noise > 0.0:
+        noise = optics.noise_of_frame(frame, view.shape)
+        if optics.shot_noise > 0.0:
+            variance = np.maximum(view, 0) * np.float32(optics.shot_noise) + optics.noise**2
+            view += noise * cv2.sqrt(variance)
+        else:
+            noise *= np.float32(optics.noise)
+            view += noise
     np.clip(view, 0.0, 255.0, out=view)
-    return view.astype(np.uint8)
+    if optics.bits == SIXTEEN:
+        deep: NDArray[np.uint16] = np.rint(view * np.float32(STEPS_16)).astype(np.uint16)
+        return deep
+    return np.asarray(np.rint(view), dtype=np.uint8)
 
 
 def add_worm(rig: Rig, absorbed: Coverage) -> NDArray[np.float32]:
@@ -121,6 +139,8 @@ def add_worm(rig: Rig, absorbed: Coverage) -> NDArray[np.float32]:
     left, top = absorbed.u0 - margin, absorbed.v0 - margin
     part = np.pad(absorbed.part, margin)
     bottom, right = top + part.shape[0], left + part.shape[1]
+    if top >= rig.height_px or left >= rig.width_px or bottom <= 0 or right <= 0:
+        return picture
     cut = np.s_[max(-top, 0) : rig.height_px - top, max(-left, 0) : rig.width_px - left]
     here = np.s_[max(top, 0) : max(bottom, 0), max(left, 0) : max(right, 0)]
     seen = np.minimum(part[cut], open_part[here])

@@ -1,43 +1,18 @@
 """Draws a body that folds on itself, strand by strand, in subpixels."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from worm_model.simulator.rig.body import Body
 from worm_model.simulator.rig.drawing import Coverage, add_worm
 from worm_model.simulator.rig.geometry import Rig
+from worm_model.simulator.rig.strand_layers import SUBPIXELS, Layers, Strip, sum_strands
 from worm_msgs_py.arrays import Floats
 
-SUBPIXELS = 3
-"""A pixel is so many subpixels wide and high; the body's edge covers a subpixel in part."""
 TIP_STEPS = 5
-SAME_STRAND = 1.0
-"""Midline points that reach a subpixel are of one strand unless more of the midline than so many
-half widths, and a step between points, that does not reach it lies between them."""
-
-Density = Callable[[NDArray[np.float32], NDArray[np.float32]], NDArray[np.float32]]
-"""Optical density (−ln of the transmission) at arc lengths and offsets across the midline, px."""
-
-
-class Layers(NamedTuple):
-    """What lies over each subpixel of a crop.
-
-    Attributes
-    ----------
-    u0, v0 : int
-        Picture coordinates of the crop's first pixel.
-    total : ndarray of float32, shape (SUBPIXELS × height, SUBPIXELS × width)
-        Sum over the strands; at the edge of one, of the part that it covers.
-    """
-
-    u0: int
-    v0: int
-    total: NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +95,7 @@ def _spine(body: Body) -> slice:
     return slice(int(where[0]), int(where[-1]) + 1)
 
 
-def strands_over(body: Body) -> Layers:
+def strands_over(body: Body, subpixels: int = SUBPIXELS) -> Layers:
     """Count the strands over each subpixel: the stretches of the midline that reach it.
 
     A stretch is a run of midline points within half a width of the subpixel; it counts once,
@@ -128,12 +103,14 @@ def strands_over(body: Body) -> Layers:
     its turn on.
     """
     spine = _spine(body)
-    return _layers(body.points_px[spine], body.s_px[spine], 0.5 * body.width_px[spine])
+    return sum_strands(
+        body.points_px[spine], body.s_px[spine], 0.5 * body.width_px[spine], subpixels=subpixels
+    )
 
 
 def covered(layers: Layers) -> Coverage:
     """Return the part of each pixel that lies under any strand."""
-    return Coverage(layers.u0, layers.v0, _pixels(np.minimum(layers.total, 1.0)))
+    return Coverage(layers.u0, layers.v0, _pixels(np.minimum(layers.total, 1.0), layers.subpixels))
 
 
 def is_folded(body: Body, apart_widths: float = 3.0, near_widths: float = 1.0) -> bool:
@@ -158,17 +135,27 @@ def is_folded(body: Body, apart_widths: float = 3.0, near_widths: float = 1.0) -
 
 def shaded_view(rig: Rig, layers: Layers, shade: Shade) -> NDArray[np.float32]:
     """Return the mean grey levels of a picture with a worm of one grey."""
+    return add_worm(rig, absorbed_by_shade(rig, layers, shade))
+
+
+def absorbed_by_shade(rig: Rig, layers: Layers, shade: Shade) -> Coverage:
+    """Return the share of each pixel's light that a worm of one grey absorbs."""
     strands = layers.total if shade.overlap_darker else np.minimum(layers.total, 1.0)
     one = np.float32(rig.optics.worm_transmission)
-    whole = np.floor(strands)
-    passed = one**whole * (1.0 - (1.0 - one) * (strands - whole))
-    return add_worm(
-        rig, Coverage(layers.u0, layers.v0, _pixels(np.asarray(1.0 - passed, np.float32)))
-    )
+    here = strands > 0
+    whole = np.floor(strands[here])
+    absorbed = np.zeros_like(strands)
+    absorbed[here] = 1.0 - one**whole * (1.0 - (1.0 - one) * (strands[here] - whole))
+    return Coverage(layers.u0, layers.v0, _pixels(absorbed, layers.subpixels))
 
 
 def skinned_view(rig: Rig, body: Body, skin: Skin) -> NDArray[np.float32]:
-    """Return the mean grey levels of a picture with a skin laid along the midline.
+    """Return the mean grey levels of a picture with a skin laid along the midline."""
+    return add_worm(rig, absorbed_by_skin(rig, body, skin))
+
+
+def absorbed_by_skin(rig: Rig, body: Body, skin: Skin, subpixels: int = SUBPIXELS) -> Coverage:
+    """Return the share of each pixel's light that a skin absorbs which lies along the midline.
 
     The skin is stretched to the body's length; across, it keeps its millimetres. Where strands
     lie over each other their transmissions multiply.
@@ -179,11 +166,6 @@ def skinned_view(rig: Rig, body: Body, skin: Skin) -> NDArray[np.float32]:
     reach_px = (middle - 1) / scale
     beyond_px = -skin.first_s_mm / stretch
 
-    def painted(s_px: NDArray[np.float32], across_px: NDArray[np.float32]) -> NDArray[np.float32]:
-        row = np.rint((s_px * stretch - skin.first_s_mm) * skin.per_mm).astype(int)
-        column = middle + np.rint(across_px * scale).astype(int)
-        return np.asarray(density[np.clip(row, 0, len(density) - 1), column], np.float32)
-
     ahead, behind = (
         end + beyond_px * (end - inner) / np.hypot(*(end - inner))
         for end, inner in (
@@ -193,8 +175,11 @@ def skinned_view(rig: Rig, body: Body, skin: Skin) -> NDArray[np.float32]:
     )
     points = np.vstack([ahead, body.points_px, behind])
     s = np.r_[-beyond_px, body.s_px, body.length_px + beyond_px]
-    u0, v0, total = _layers(points, s, np.full(len(s), reach_px), painted)
-    return add_worm(rig, Coverage(u0, v0, _pixels(-np.expm1(-total))))
+    rows_per_px = stretch * skin.per_mm
+    strip = Strip(density, rows_per_px, skin.first_s_mm * skin.per_mm, scale)
+    reach = np.full(len(s), reach_px)
+    u0, v0, total, _ = sum_strands(points, s, reach, strip, subpixels)
+    return Coverage(u0, v0, _pixels(1.0 - cv2.exp(-total), subpixels))
 
 
 def _skin_density(skin: Skin) -> NDArray[np.float32]:
@@ -208,67 +193,8 @@ def _skin_density(skin: Skin) -> NDArray[np.float32]:
     return np.asarray(faded, dtype=np.float32)
 
 
-def _layers(
-    points_px: Floats, s_px: Floats, reach_px: Floats, density: Density | None = None
-) -> Layers:
-    """Sum over the strands 1, or the density at the strand's nearest midline point."""
-    margin = float(reach_px.max()) + 2.0
-    first = np.floor(points_px.min(axis=0) - margin).astype(int)
-    width, height = (np.ceil(points_px.max(axis=0) + margin).astype(int) - first + 1).tolist()
-    size = height * width * SUBPIXELS**2
-    total = np.zeros(size, dtype=np.float32)
-    deepest, value = np.zeros_like(total), np.zeros_like(total)
-    last = np.full(size, -np.inf, dtype=np.float32)
-    gap = np.float32(SAME_STRAND * reach_px.max() + np.diff(s_px).max())
-    points = (points_px - first + 0.5) * SUBPIXELS - 0.5
-    segments = pairwise(zip(points, s_px.tolist(), reach_px.tolist(), strict=True))
-    for one, other in segments:
-        at, s, across, depth = _reached(one, other, width * SUBPIXELS)
-        fresh = s - last[at] > gap
-        last[at] = s
-        deeper = fresh | (depth > deepest[at])
-        at, depth = at[deeper], depth[deeper]
-        if density is None:
-            now = np.minimum(np.float32(0.5) + depth, np.float32(1.0))
-        else:
-            now = density(s[deeper], across[deeper])
-        total[at] += now - np.where(fresh[deeper], np.float32(0.0), value[at])
-        value[at], deepest[at] = now, depth
-    shape = (height * SUBPIXELS, width * SUBPIXELS)
-    return Layers(int(first[0]), int(first[1]), total.reshape(shape))
-
-
-def _reached(
-    one: tuple[Floats, float, float], other: tuple[Floats, float, float], row_length: int
-) -> tuple[NDArray[np.intp], NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """Return the subpixels that a segment reaches: index, arc length and offset (px), depth.
-
-    The depth is the distance within the outline, in subpixels.
-    """
-    (p, s_p, reach_p), (q, s_q, reach_q) = one, other
-    far = SUBPIXELS * max(reach_p, reach_q) + 1.5
-    corner = np.floor(np.minimum(p, q) - far).astype(int)
-    size = np.ceil(np.maximum(p, q) + far).astype(int) - corner + 1
-    long = max(float(np.hypot(*(q - p))), 1e-9)
-    axis_u, axis_v = ((q - p) / long).astype(np.float32)
-    u = (corner[0] + np.arange(size[0]) - p[0]).astype(np.float32)[np.newaxis, :]
-    v = (corner[1] + np.arange(size[1]) - p[1]).astype(np.float32)[:, np.newaxis]
-    along = axis_u * u + axis_v * v
-    part = np.clip(along * np.float32(1.0 / long), 0.0, 1.0)
-    across = axis_u * v - axis_v * u
-    beyond = along - part * np.float32(long)
-    reach = (reach_p + part * np.float32(reach_q - reach_p)) * np.float32(SUBPIXELS)
-    row, column = np.nonzero(across**2 + beyond**2 < (reach + np.float32(0.5)) ** 2)
-    part, across, beyond = part[row, column], across[row, column], beyond[row, column]
-    away = np.hypot(across, beyond)
-    at = (corner[1] + row) * row_length + corner[0] + column
-    s = np.float32(s_p) + part * np.float32(s_q - s_p)
-    offset = np.copysign(away, across) / np.float32(SUBPIXELS)
-    return at, s, offset, reach[row, column] - away
-
-
-def _pixels(fine: NDArray[np.float32]) -> NDArray[np.float32]:
+def _pixels(fine: NDArray[np.float32], subpixels: int) -> NDArray[np.float32]:
     """Return the mean of each pixel's subpixels."""
-    rows, columns = fine.shape[0] // SUBPIXELS, fine.shape[1] // SUBPIXELS
-    mean = fine.reshape(rows, SUBPIXELS, columns, SUBPIXELS).mean(axis=(1, 3), dtype=np.float32)
+    rows, columns = fine.shape[0] // subpixels, fine.shape[1] // subpixels
+    mean = cv2.resize(fine, (columns, rows), interpolation=cv2.INTER_AREA)
     return np.asarray(mean, dtype=np.float32)

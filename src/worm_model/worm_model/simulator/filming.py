@@ -1,0 +1,210 @@
+"""Films a worm's midlines as the rig's camera sees them: lamp, water, dirt, shutter and sensor."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from worm_model.simulator.film import FilmFrame, frame_stamp_ns
+from worm_model.simulator.rig import Body, Rig, expose, truth_of
+from worm_model.simulator.rig import disturbances as seen
+from worm_model.simulator.rig.body import HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS
+from worm_model.simulator.rig.drawing import Coverage, add_worm
+from worm_model.simulator.rig.strand_layers import Layers
+from worm_model.simulator.rig.strands import (
+    Shade,
+    Skin,
+    absorbed_by_shade,
+    absorbed_by_skin,
+    covered,
+    polyline_body,
+    strands_over,
+)
+from worm_msgs_py.arrays import Floats
+
+DRAWN_STEP_WIDTHS = 0.4
+DRAWN_SUBPIXELS = 2
+SHUTTER_STEPS = 5
+"""Places of the body that an exposure is the mean of."""
+DRIFT_STEP_PX = 0.125
+"""A drifting camera moves in such steps: the empty rig is drawn anew for each."""
+SPECK_MM, BUBBLE_MM, GLARE_MM = (0.06, 0.25), (0.4, 1.1), (0.4, 1.0)
+"""Smallest and largest radius; of glare the standard deviation."""
+GLARE_STRENGTH = 60.0
+"""FilmedPicture levels in its middle."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Filming:
+    """How a worm is filmed, beside what the rig and its optics say.
+
+    Attributes
+    ----------
+    frames_per_s : float
+    body_width_mm : float
+        Full width of the body's middle; the ends taper. Of a worm without a skin.
+    skin : Skin, optional
+        A real worm's look and width profile, stretched to the body's length.
+    overlap_darker : bool
+        Whether a part of the body that lies over another takes its share of the light, too.
+    exposure_s : float
+        How long the shutter is open, around the frame's stamp; 0 for no motion blur.
+    flicker : float
+        The lamp's brightness is uniform in 1 ± this, anew in each frame.
+    debris, bubbles, glare : int
+        Specks that lie in the chamber, bubbles in it, and bright spots over it.
+    drift_mm_per_min : tuple of float
+        How fast the rig moves in the picture, right and down.
+    """
+
+    frames_per_s: float = 30.0
+    body_width_mm: float = 0.5
+    skin: Skin | None = None
+    overlap_darker: bool = True
+    exposure_s: float = 0.0
+    flicker: float = 0.0
+    debris: int = 0
+    bubbles: int = 0
+    glare: int = 0
+    drift_mm_per_min: tuple[float, float] = (0.0, 0.0)
+
+
+def film(midlines_mm: Iterable[Floats], rig: Rig, filming: Filming) -> Iterator[FilmFrame]:
+    """Film midlines, one a frame.
+
+    Parameters
+    ----------
+    midlines_mm : iterable of ndarray, shape (n, 2)
+        x, y in the frame of chamber a, head tip first; smooth curves through these points.
+    rig : Rig
+        The rig, its camera and its optics; the same seed gives the same bytes.
+    filming : Filming
+        The worm's look, and what disturbs the picture.
+
+    Yields
+    ------
+    FilmFrame
+        Stamp (from 0), picture, and the truth at the stamp. The centroid is that of the area that
+        the body covers; what it covers twice counts once. A worm that is out of the picture has a
+        truth all the same.
+    """
+    dirt = _Dirt.scattered(rig, filming)
+    for frame, (line, before, after) in enumerate(_with_neighbours(midlines_mm)):
+        stamp_ns = frame_stamp_ns(frame, filming.frames_per_s)
+        now = _drifted(rig, filming, frame)
+        body = _body(now, line, filming)
+        strands = strands_over(body, DRAWN_SUBPIXELS)
+        if filming.exposure_s > 0.0:
+            absorbed = _smeared(now, line, before, after, filming)
+        else:
+            absorbed = _absorbed(now, body, strands, filming)
+        view = add_worm(now, absorbed)
+        dirt.draw(view, now)
+        if filming.flicker > 0.0:
+            view *= np.float32(seen.flicker_gain(frame, filming.flicker, rig.optics.seed))
+        truth = truth_of(now, body, frame, stamp_ns, covered(strands))
+        yield FilmFrame(stamp_ns, expose(now, view, frame), truth)
+
+
+@dataclass(frozen=True, slots=True)
+class _Dirt:
+    """What lies in the chambers and over them, in the frame of chamber a."""
+
+    specks: list[seen.Spot] = field(default_factory=list)
+    bubbles: list[seen.Spot] = field(default_factory=list)
+    glare: list[seen.Spot] = field(default_factory=list)
+
+    @classmethod
+    def scattered(cls, rig: Rig, filming: Filming) -> "_Dirt":
+        within, seed = 0.95 * rig.radius_mm, rig.optics.seed
+        return cls(
+            seen.scattered(filming.debris, within, *SPECK_MM, seed),
+            seen.scattered(filming.bubbles, within - BUBBLE_MM[1], *BUBBLE_MM, seed + 1),
+            seen.scattered(filming.glare, within, *GLARE_MM, seed + 2),
+        )
+
+    def draw(self, view: NDArray[np.float32], rig: Rig) -> None:
+        seen.add_debris(view, rig, self.specks)
+        seen.add_bubbles(view, rig, self.bubbles)
+        for spot in self.glare:
+            seen.add_glare(view, rig, spot, GLARE_STRENGTH)
+
+
+def _with_neighbours(lines: Iterable[Floats]) -> Iterator[tuple[Floats, Floats, Floats]]:
+    """Yield each midline with those before and after it; at the film's ends with itself."""
+    before = None
+    for line, after in pairwise(_once_more(lines)):
+        yield line, line if before is None else before, after
+        before = line
+
+
+def _once_more(lines: Iterable[Floats]) -> Iterator[Floats]:
+    last = None
+    for last in lines:
+        yield last
+    if last is not None:
+        yield last
+
+
+def _drifted(rig: Rig, filming: Filming, frame: int) -> Rig:
+    """Return the rig where the camera has it in this frame."""
+    if not any(filming.drift_mm_per_min):
+        return rig
+    minutes = frame / filming.frames_per_s / 60.0
+    way = np.array(filming.drift_mm_per_min) * minutes * rig.px_per_mm
+    u, v = np.array(rig.centre_px) + DRIFT_STEP_PX * np.rint(way / DRIFT_STEP_PX)
+    return replace(rig, centre_px=(float(u), float(v)))
+
+
+def _body(rig: Rig, line_mm: Floats, filming: Filming) -> Body:
+    """Return the body in the picture: its true outline."""
+    u, v = rig.chambers[0].to_pixels(line_mm[:, 0] * 1e-3, line_mm[:, 1] * 1e-3)
+    points = np.c_[u, v]
+    chord = np.r_[0.0, np.cumsum(np.hypot(*np.diff(points, axis=0).T))]
+    skin, full = filming.skin, filming.body_width_mm * rig.px_per_mm
+    if skin is not None:
+        full = float(np.median(skin.width_mm)) * rig.px_per_mm
+    count = round(chord[-1] / (DRAWN_STEP_WIDTHS * full)) + 2
+    at = np.linspace(0.0, chord[-1], count)
+    part = at / chord[-1]
+    if skin is not None:
+        given = np.linspace(0.0, 1.0, len(skin.width_mm))
+        width = np.interp(part, given, skin.width_mm) * rig.px_per_mm
+    else:
+        head, tail = at / (HEAD_TAPER_WIDTHS * full), (chord[-1] - at) / (TAIL_TAPER_WIDTHS * full)
+        width = full * np.sqrt(1.0 - (1.0 - np.clip(np.minimum(head, tail), 0.0, 1.0)) ** 2)
+    return polyline_body(np.asarray(CubicSpline(chord, points)(at)), width)
+
+
+def _absorbed(rig: Rig, body: Body, strands: Layers, filming: Filming) -> Coverage:
+    if filming.skin is not None:
+        return absorbed_by_skin(rig, body, filming.skin, DRAWN_SUBPIXELS)
+    return absorbed_by_shade(rig, strands, Shade(filming.overlap_darker))
+
+
+def _smeared(rig: Rig, line: Floats, before: Floats, after: Floats, filming: Filming) -> Coverage:
+    """Return what the worm absorbs while the shutter is open."""
+    reach = 0.5 * filming.exposure_s * filming.frames_per_s
+    moments = []
+    for part in np.linspace(-reach, reach, SHUTTER_STEPS):
+        neighbour = after if part > 0.0 else before
+        body = _body(rig, line + abs(part) * (neighbour - line), filming)
+        strands = strands_over(body, DRAWN_SUBPIXELS)
+        moments.append(_absorbed(rig, body, strands, filming))
+    return _mean(moments)
+
+
+def _mean(parts: list[Coverage]) -> Coverage:
+    """Return the mean over crops of different places."""
+    u0, v0 = min(part.u0 for part in parts), min(part.v0 for part in parts)
+    right = max(part.u0 + part.part.shape[1] for part in parts)
+    bottom = max(part.v0 + part.part.shape[0] for part in parts)
+    total = np.zeros((bottom - v0, right - u0), dtype=np.float32)
+    for one in parts:
+        top, left = one.v0 - v0, one.u0 - u0
+        total[top : top + one.part.shape[0], left : left + one.part.shape[1]] += one.part
+    total /= np.float32(len(parts))
+    return Coverage(u0, v0, total)
