@@ -66,6 +66,7 @@ class Analysis:
         self._search = WallSearch(self._parameters, NOMINAL_RADIUS_M)
         self._position = RigPosition(self._parameters)
         self._last_ns: int | None = None
+        self._read: Sums | None = None
         self.exclusions = Exclusions()
 
     def set_geometry(self, geometry: Geometry) -> None:
@@ -100,6 +101,7 @@ class Analysis:
         state = frame.state if isinstance(frame, TrackedFrame) else frame
         if isinstance(frame, TrackedFrame) and frame.geometry is not None:
             self._geometries.setdefault(frame.geometry.version, frame.geometry)
+        self._read = None
         geometry = self._geometries.get(state.geometry)
         if geometry is None and state.geometry != 0:
             raise ValueError(
@@ -134,14 +136,16 @@ class Analysis:
 
     def finish(self) -> list[Event]:
         """End the trial; return what was still open, cut short."""
+        self._read = None
         closed = self._search.finish()
         self._position.observe(closed)
         return [*(item.episode for item in closed), *self._position.finish()]
 
     def correlation(self) -> Correlation:
         """Return C_θ(t) so far."""
-        self._search.flush()
-        sums = self._sums(self._search.correlation.sums())
+        sums = self._sums()
+        if not sums.has("c_theta"):  # before there is a chamber
+            sums = Sums([self._search.correlation.sums()], lag_s=sums.lag_s)
         t_per = DEFINITIONS["t_per"].of(sums)
         return correlation(sums.units("c_theta"), sums.lag_s, t_per.value)
 
@@ -169,12 +173,16 @@ class Analysis:
     def summary(self) -> list[Quantity]:
         """Return every number of the trial so far, each with its interval and n."""
         rules = (rule.label for rule in self._search.sensitivity.rules)
-        return quantities(self._sums(self.sums()), rules)
+        return quantities(self._sums(), rules)
 
-    def _sums(self, sums: dict[str, Floats]) -> Sums:
-        width_m = nan if self._geometry is None else self._geometry.chambers[0].exit_width_m
-        lag_s = self._search.correlation.lag_s
-        return Sums([sums], MM_PER_M * width_m, lag_s, EstimateSettings(self._parameters.minimum_n))
+    def _sums(self) -> Sums:
+        """Return what the estimates rest on, made once for all that are asked for after a frame."""
+        if self._read is None:
+            width_m = nan if self._geometry is None else self._geometry.chambers[0].exit_width_m
+            lag_s = self._search.correlation.lag_s
+            settings = EstimateSettings(self._parameters.minimum_n)
+            self._read = Sums([self.sums()], MM_PER_M * width_m, lag_s, settings)
+        return self._read
 
     def _adopt(self, geometry: Geometry) -> None:
         """Rest the estimates on a geometry from the first state on that does, not earlier."""

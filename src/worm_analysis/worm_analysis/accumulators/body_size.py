@@ -53,13 +53,15 @@ class BodySums:
         return float(histogram_median(counts[None])[0]) * BODY_WIDTH_BIN_M
 
 
-def histogram_median(counts: Floats) -> Floats:
+def histogram_median(counts: Floats, first_bin: int = 0) -> Floats:
     """Return the median of each row of counts, in bins; NaN for an empty row.
 
     Parameters
     ----------
     counts : ndarray, shape (m, n)
         Histograms.
+    first_bin : int
+        What the number of their first bin is.
     """
     cumulated = np.cumsum(counts, axis=1)
     half = cumulated[:, -1] / 2
@@ -68,5 +70,5 @@ def histogram_median(counts: Floats) -> Floats:
     inside = counts[rows, at]
     below = cumulated[rows, at] - inside
     share = np.divide(half - below, inside, out=np.full(len(rows), np.nan), where=inside > 0)
-    median: Floats = at + share
+    median: Floats = at + first_bin + share
     return median

@@ -1,7 +1,9 @@
 """Sums over blocks of time, from which correlated series get honest errors in fixed memory."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from math import nan
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +11,8 @@ from scipy.special import stdtrit
 
 from worm_msgs_py.arrays import Floats, Integers
 from worm_msgs_py.units import NS_PER_S
+
+Value = TypeVar("Value")
 
 MOST_BLOCKS = 128
 MOST_UNITS = MOST_BLOCKS // 2
@@ -127,11 +131,20 @@ class Units:
         self._total: Floats | None = None
         self._levels: list[Floats] | None = None
         self._without: tuple[Floats, Integers] | None = None
+        self._found: dict[str, Any] = {}
+
+    def once(self, name: str, find: Callable[[], Value]) -> Value:
+        """Return what follows from these sums and several numbers need, found the first time."""
+        if name not in self._found:
+            self._found[name] = find()
+        found: Value = self._found[name]
+        return found
 
     def total(self) -> Floats:
         """Return the sum over everything, shape (size,)."""
         if self._total is None:
-            self._total = np.sum([rows.sum(axis=0) for rows in self._trials], axis=0)
+            sums = [rows.sum(axis=0) for rows in self._trials]
+            self._total = sums[0] if len(sums) == 1 else np.sum(sums, axis=0)
         return self._total
 
     def levels(self) -> list[Floats]:
@@ -161,16 +174,18 @@ class Units:
         """
         if self._without is None:
             levels = self.levels()
-            rows = [part.sum(axis=0) - part for part in levels]
-            size = self.total().shape[0]
-            self._without = (
-                np.vstack([np.empty((0, size)), *rows]),
-                np.array([len(part) for part in levels], dtype=np.int64),
-            )
+            parts = np.array([len(part) for part in levels], dtype=np.int64)
+            rows = np.empty((int(parts.sum()), self.total().shape[0]))
+            upto = 0
+            for part in levels:
+                first, upto = upto, upto + len(part)
+                np.subtract(part.sum(axis=0), part, out=rows[first:upto])
+            self._without = rows, parts
         return self._without
 
     def _each_level(self) -> Iterator[Floats]:
-        if len(self._trials) == 1 and len(self._trials[0]) < FEWEST_BLOCKS:
+        if len(self._trials) == 1:
+            yield from _levels_of_one(self._trials[0])
             return
         trials = [rows for rows in self._trials if rows.any()]
         whole = [rows.sum(axis=0, keepdims=True) for rows in trials]
@@ -193,6 +208,15 @@ class Units:
             yield units
 
 
+def _levels_of_one(rows: Floats) -> Iterator[Floats]:
+    """Return the levels of one trial alone."""
+    while len(filled := _filled(rows)) >= FEWEST_BLOCKS:
+        yield filled
+        if len(rows) < 2 * FEWEST_BLOCKS - 1:
+            break
+        rows = _in_pairs(rows)
+
+
 def _filled(rows: Floats) -> Floats:
     """Return the rows in which something was summed."""
     full = rows.any(axis=1)
@@ -201,8 +225,11 @@ def _filled(rows: Floats) -> Floats:
 
 def _in_pairs(rows: Floats) -> Floats:
     """Return neighbouring rows added up; an odd last one stays alone."""
+    if len(rows) % 2 == 0:
+        even: Floats = rows[0::2] + rows[1::2]
+        return even
     pairs: Floats = rows[0::2].copy()
-    pairs[: len(rows) // 2] += rows[1::2]
+    pairs[:-1] += rows[1::2]
     return pairs
 
 
@@ -228,12 +255,24 @@ def jackknife_half_width(
     float
         NaN where there are too few parts, or an estimate without one of them is NaN.
     """
-    rows, k = units.without_one()
-    if not len(k):
+    if not units.levels():
         return nan
+    rows, parts = units.without_one()
+    k, first, shrink, quantile = _of_parts(tuple(parts.tolist()), level)
     without_one = estimate(rows)
-    first = np.cumsum(k) - k
     off = without_one - np.repeat(np.add.reduceat(without_one, first) / k, k)
-    errors = np.sqrt((k - 1) / k * np.add.reduceat(off * off, first))
-    half_widths = stdtrit(k - 1, (1 + level) / 2) * errors
+    errors = np.sqrt(shrink * np.add.reduceat(off * off, first))
+    half_widths = quantile * errors
     return float(half_widths.max()) if np.isfinite(half_widths).all() else nan
+
+
+@lru_cache(maxsize=64)
+def _of_parts(parts: tuple[int, ...], level: float) -> tuple[Integers, Integers, Floats, Floats]:
+    """Return what the number of parts of each level alone says: as few lists come in all trials.
+
+    The numbers, where each level begins, (k − 1)/k, and Student's quantile.
+    """
+    k = np.array(parts, dtype=np.int64)
+    first = np.concatenate([[0], np.cumsum(k)[:-1]]).astype(np.int64)
+    quantile: Floats = np.asarray(stdtrit(k - 1, (1 + level) / 2), dtype=np.float64)
+    return k, first, (k - 1) / k, quantile

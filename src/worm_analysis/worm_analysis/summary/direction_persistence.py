@@ -39,6 +39,10 @@ def correlation_curve(units: Units) -> tuple[Floats, Integers]:
     units : Units
         The number of pairs at each lag, then the sums of their products.
     """
+    return units.once("curve", lambda: _curve(units))
+
+
+def _curve(units: Units) -> tuple[Floats, Integers]:
     pairs, products = np.split(units.total(), 2)
     c = np.divide(products, pairs, out=np.full(len(pairs), nan), where=pairs > 0)
     return c, np.rint(pairs).astype(np.int64)
@@ -62,12 +66,12 @@ def _error(units: Units) -> Floats:
     c, pairs = correlation_curve(units)
     worst = np.full(len(c), nan)
     unknown = np.zeros(len(c), dtype=np.bool_)
-    for rows in units.levels():
+    for rows, residuals in zip(units.levels(), _residuals_by_level(units), strict=True):
         squares = np.maximum(np.sum(rows[:, : len(c)] ** 2, axis=0), 1.0)
         k = pairs.astype(np.float64) ** 2 / squares
         unknown |= k < FEWEST_PARTS_AT_LAG
         k = np.maximum(k, FEWEST_PARTS_AT_LAG)
-        squares = np.sum(_residuals(rows, c) ** 2, axis=0) * (k / (k - 1))
+        squares = np.sum(residuals**2, axis=0) * (k / (k - 1))
         error = np.sqrt(squares) / np.maximum(pairs, 1)
         worst = np.fmax(worst, error * stdtrit(k - 1, 0.975) / NORMAL)
     worst[unknown] = nan
@@ -138,7 +142,7 @@ def fall_over_decay(
     decay_s = _decay_time(units, lag_s, shortest_track)
     at_s, of_fall = _fall(units, lag_s, shortest_track)
     of_fit = _of_fit(units, lag_s, decay_s)
-    half = _half_width(units, lambda rows: of_fall(rows) - of_fit(rows))
+    half = _half_width(units, lambda residuals: of_fall(residuals) - of_fit(residuals))
     return _on_log_scale(at_s / decay_s, half)
 
 
@@ -167,16 +171,16 @@ def tail_excess(
     value = float(np.sum((np.nan_to_num(c) - fit) * weight))
     turn = float(np.sum(weight * lag_s / decay_s * fit))
 
-    def response(rows: Floats) -> Floats:
-        answered: Floats = _residuals(rows, c) @ (weight / np.maximum(pairs, 1))
-        return answered - turn * of_fit(rows)
+    def response(residuals: Floats) -> Floats:
+        answered: Floats = residuals @ (weight / np.maximum(pairs, 1))
+        return answered - turn * of_fit(residuals)
 
     half = _half_width(units, response)
     return value, value - half, value + half
 
 
 Response = Callable[[Floats], Floats]
-"""From the sums of each part to what it changes in a number, or in its logarithm."""
+"""From the residuals of each part to what it changes in a number, or in its logarithm."""
 
 
 def _refuse_short(
@@ -193,9 +197,9 @@ def _refuse_short(
 def _half_width(units: Units, response: Response) -> float:
     """Return half of a 95 % interval, from the linear response to each part."""
     half = nan
-    for rows in units.levels():
-        k = len(rows)
-        error = float(np.sqrt(np.sum(response(rows) ** 2) * (k / (k - 1))))
+    for residuals in _residuals_by_level(units):
+        k = len(residuals)
+        error = float(np.sqrt(np.sum(response(residuals) ** 2) * (k / (k - 1))))
         half = float(np.fmax(half, stdtrit(k - 1, 0.975) * error))
     if not isfinite(half):
         raise NotEnoughData("not enough data: fewer than eight independent stretches of time")
@@ -208,12 +212,12 @@ def _on_log_scale(value: float, half: float) -> Interval:
 
 def _of_fit(units: Units, lag_s: Floats, fitted_s: float) -> Response:
     """Return how t_per answers to each part."""
-    c, pairs = correlation_curve(units)
+    _, pairs = correlation_curve(units)
     slope = lag_s / fitted_s * np.exp(-lag_s / fitted_s)
     leverage = float(np.sum(pairs * slope**2))
 
-    def response(rows: Floats) -> Floats:
-        answered: Floats = np.sum(_residuals(rows, c) * slope, axis=1) / leverage
+    def response(residuals: Floats) -> Floats:
+        answered: Floats = np.sum(residuals * slope, axis=1) / leverage
         return answered
 
     return response
@@ -234,18 +238,22 @@ def _of_fall(units: Units, lag_s: Floats) -> tuple[float, Response]:
     if not slope < 0:
         raise NotEnoughData("the correlation does not fall steadily where it is 1/e")
 
-    def response(rows: Floats) -> Floats:
-        changes = _residuals(rows, c)[:, after - 1 : after + 1] / pairs[after - 1 : after + 1]
+    def response(residuals: Floats) -> Floats:
+        changes = residuals[:, after - 1 : after + 1] / pairs[after - 1 : after + 1]
         answered: Floats = changes @ [1 - part, part] / (-slope * at_s)
         return answered
 
     return at_s, response
 
 
-def _residuals(rows: Floats, c: Floats) -> Floats:
-    pairs, products = np.split(rows, 2, axis=1)
-    residuals: Floats = products - np.nan_to_num(c) * pairs
-    return residuals
+def _residuals_by_level(units: Units) -> list[Floats]:
+    """Return what the products of each part exceed those of C_θ by, level by level."""
+    return units.once("residuals", lambda: _residuals(units))
+
+
+def _residuals(units: Units) -> list[Floats]:
+    c = np.nan_to_num(correlation_curve(units)[0])
+    return [rows[:, len(c) :] - c * rows[:, : len(c)] for rows in units.levels()]
 
 
 def fit_decay_time(lag_s: Floats, c: Floats, pairs: Integers) -> float:

@@ -86,9 +86,15 @@ def pearson_of(name: str) -> Estimator:
 
 def median(name: str, bin_width: float) -> Estimator:
     """Return the estimator of a median, from a histogram."""
-    return lambda sums: _symmetric(
-        sums.units(name), lambda rows: histogram_median(rows) * bin_width
-    )
+
+    def estimate(sums: Sums) -> Interval:
+        total = sums.total(name)
+        held = np.flatnonzero(total)  # nothing lies outside of these bins
+        first, end = (int(held[0]), int(held[-1]) + 1) if len(held) else (0, len(total))
+        inside = Units([trial[name][:, first:end] for trial in sums.trials if name in trial])
+        return _symmetric(inside, lambda rows: histogram_median(rows, first) * bin_width)
+
+    return estimate
 
 
 def direction(name: str) -> Estimator:
@@ -174,6 +180,10 @@ def length(name: str, which: int | None = None, rule: str = "") -> Estimator:
 
 def corrections(sums: Sums, rule: str = "") -> tuple[float, float, float]:
     """Return what the means of d_c, d_nc and Δr_h are to be multiplied by; see `unmerged_means`."""
+    return sums.once(f"corrections{rule}", lambda: _corrections(sums, rule))
+
+
+def _corrections(sums: Sums, rule: str) -> tuple[float, float, float]:
     (n_c, excess_c), (n_nc, excess_nc) = (
         sums.total(f"{name}{rule}")[:2] for name in ("d_c", "d_nc")
     )
@@ -200,6 +210,10 @@ def noise_and_threshold_m(sums: Sums) -> tuple[float, float]:
 
     Of several trials those of the noisiest; NaN where no contact was seen.
     """
+    return sums.once("noise and threshold", lambda: _noise_and_threshold_m(sums))
+
+
+def _noise_and_threshold_m(sums: Sums) -> tuple[float, float]:
     trials = [trial["radius_noise"].sum(axis=0) for trial in sums.trials if "radius_noise" in trial]
     seen = [(noise / n, threshold / n) for n, noise, threshold in trials if n > 0]
     return max(seen, key=lambda pair: pair[0] / pair[1], default=(nan, nan))

@@ -21,7 +21,8 @@ from worm_msgs_py.intervals import Interval
 
 FEWEST_STRETCHES = 10
 """Fewer independent stretches of time say nothing of how a peak would differ another time."""
-DRAWS = 200
+DRAWS, DRAWS_AT_ONCE = 200, 24
+MIDDLE = (0.025, 0.975)
 
 
 def radius_peak(name: str) -> Callable[[Sums], Interval]:
@@ -33,7 +34,7 @@ def radius_peak(name: str) -> Callable[[Sums], Interval]:
     def smoothed(rows: Floats, sums: Sums) -> Floats:
         bins = sums.settings.radius_smoothing_bins
         smooth = gaussian_filter1d(within_wall(rows), bins, axis=1, mode="reflect")
-        return np.pad(smooth, ((0, 0), (1, 1)), "symmetric")
+        return np.hstack([smooth[:, :1], smooth, smooth[:, -1:]])
 
     return lambda sums: _peak(
         sums, name, smoothed, lambda rows: peak_positions(rows, around), width
@@ -47,7 +48,7 @@ def angle_peak(name: str, side: int) -> Callable[[Sums], Interval]:
     def smoothed(rows: Floats, sums: Sums) -> Floats:
         bins = sums.settings.angle_smoothing_bins
         smooth: Floats = gaussian_filter1d(rows, bins, axis=1, mode="wrap")
-        return np.split(smooth, 2, axis=1)[side]
+        return smooth[:, side * len(centres) : (side + 1) * len(centres)]
 
     width = float(centres[1] - centres[0])
     return lambda sums: _peak(
@@ -72,10 +73,12 @@ def _peak(
     if not isfinite(value):
         return nan, nan, nan
     rows = _parts(units, stretches)
-    places = place(_drawings(len(rows)) @ smoothed(rows, sums))
+    drawn = smoothed(rows, sums)
+    places = place(np.vstack([drawing @ drawn for drawing in _drawings(len(rows))]))
     if not np.isfinite(places).all():
         raise NotEnoughData("there is no such peak in part of the time")
-    low, high = (float(end) for end in np.quantile(places, [0.025, 0.975]))
+    in_order = np.sort(places)
+    low, high = (_quantile_of(in_order, part) for part in MIDDLE)
     return value, min(low, value) - bin_width / 2, max(high, value) + bin_width / 2
 
 
@@ -87,6 +90,10 @@ def independent_stretches(sums: Sums) -> float:
     NotEnoughData
         Where it is less than ten, or t_per is not known.
     """
+    return sums.once("stretches", lambda: _independent_stretches(sums))
+
+
+def _independent_stretches(sums: Sums) -> float:
     if not (sums.has("c_theta") and sums.has("search_bridged")):
         raise NotEnoughData("how long a direction is kept is not known")
     c, pairs = correlation_curve(sums.units("c_theta"))
@@ -115,11 +122,24 @@ def _parts(units: Units, most: float) -> Floats:
     return rows
 
 
+def _quantile_of(in_order: Floats, part: float) -> float:
+    """Return what np.quantile does; that takes longer than all else here."""
+    at = part * (len(in_order) - 1)
+    share = at - int(at)
+    below, above = in_order[int(at) : int(at) + 2]
+    between = above - below
+    return float(below + between * share if share < 0.5 else above - between * (1 - share))
+
+
 @lru_cache(maxsize=64)
-def _drawings(parts: int) -> Floats:
-    """Return how often each part is drawn, a row a drawing; always the same ones."""
+def _drawings(parts: int) -> list[Floats]:
+    """Return how often each part is drawn, a row a drawing; always the same ones.
+
+    They come in pieces for which matrix products start no threads: these cost more than they save.
+    """
     rng = np.random.default_rng(1)
-    return rng.multinomial(parts, np.full(parts, 1 / parts), size=DRAWS).astype(np.float64)
+    drawings = rng.multinomial(parts, np.full(parts, 1 / parts), size=DRAWS).astype(np.float64)
+    return np.split(drawings, np.arange(DRAWS_AT_ONCE, DRAWS, DRAWS_AT_ONCE))
 
 
 def within_wall(rows: Floats) -> Floats:
@@ -144,18 +164,31 @@ def angle_quantile(name: str, part: float) -> Callable[[Sums], Interval]:
 def _quantile(
     sums: Sums, name: str, part: float, edges: Floats, prepared: Callable[[Floats], Floats]
 ) -> Interval:
-    def value_of(rows: Floats) -> Floats:
-        return histogram_quantile(prepared(rows), part, edges)
-
     units = sums.units(name)
-    value = float(value_of(units.total()[None])[0])
-    half = jackknife_half_width(units, value_of) if isfinite(value) else nan
+    whole, cumulated = units.once("cumulated", lambda: _cumulated(prepared(units.total()[None])))
+    value = float(_quantiles(whole, cumulated, part, edges)[0])
+    if not isfinite(value):
+        return nan, nan, nan
+
+    def value_of(rows: Floats) -> Floats:
+        left = units.once("cumulated without one", lambda: _cumulated(prepared(rows)))
+        return _quantiles(*left, part, edges)
+
+    half = jackknife_half_width(units, value_of)
     return value, value - half, value + half
 
 
 def histogram_quantile(counts: Floats, part: float, edges: Floats) -> Floats:
     """Return a quantile of each row of counts, between edges; NaN for an empty row."""
-    cumulated = np.cumsum(counts, axis=1)
+    return _quantiles(*_cumulated(counts), part, edges)
+
+
+def _cumulated(counts: Floats) -> tuple[Floats, Floats]:
+    """Return counts and, beside them, how many there are up to each."""
+    return counts, np.cumsum(counts, axis=1)
+
+
+def _quantiles(counts: Floats, cumulated: Floats, part: float, edges: Floats) -> Floats:
     wanted = part * cumulated[:, -1]
     rows = np.arange(len(counts))
     at = np.argmax(cumulated >= wanted[:, None], axis=1)

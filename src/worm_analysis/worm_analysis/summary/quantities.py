@@ -6,6 +6,7 @@ The paper's values: `worm_msgs_py.paper`.
 """
 
 from collections.abc import Iterable
+from functools import lru_cache
 from math import degrees, inf, nan
 
 import numpy as np
@@ -310,6 +311,7 @@ def definitions(rules: Iterable[str] = ()) -> list[Definition]:
     return [*QUANTITIES, *(d for rule in rules for d in _under_rule(rule)), *BODY]
 
 
+@lru_cache(maxsize=64)
 def _under_rule(rule: str) -> list[Definition]:
     return [
         Definition(

@@ -1,12 +1,13 @@
 """Sums by name, of one trial or of several: all that a number rests on."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import nan
+from typing import Any
 
 import numpy as np
 
-from worm_analysis.statistics.block_jackknife import FEWEST_TRIALS, Units
+from worm_analysis.statistics.block_jackknife import FEWEST_TRIALS, Units, Value
 from worm_analysis.summary.settings import DEFAULTS, EstimateSettings
 from worm_msgs_py.arrays import Floats
 
@@ -35,6 +36,7 @@ class Sums:
     lag_s: Floats = field(default_factory=lambda: np.empty(0))
     settings: EstimateSettings = DEFAULTS
     _units: dict[str, Units] = field(default_factory=dict, init=False, repr=False)
+    _found: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     def has(self, name: str) -> bool:
         """Whether a trial has these sums."""
@@ -48,6 +50,13 @@ class Sums:
                 raise KeyError(name)
             found = Units([trial[name] for trial in self.trials if name in trial])
             self._units[name] = found  # several numbers rest on the same sums
+        return found
+
+    def once(self, name: str, find: Callable[[], Value]) -> Value:
+        """Return what follows from the sums and several numbers need, found the first time."""
+        if name not in self._found:
+            self._found[name] = find()
+        found: Value = self._found[name]
         return found
 
     def total(self, name: str) -> Floats:
