@@ -217,6 +217,17 @@ def test_what_the_table_lacks_is_null_and_says_why(worm, tmp_path, columns):
     assert summary["frames"] == {"read": 6000, "tracked": 6000}
 
 
+@pytest.mark.parametrize("points", [("head",), ("head", "centroid")], ids="+".join)
+def test_a_table_without_all_points_has_a_report(worm_and_report, tmp_path, columns, points):
+    kept = ["time_s", "width_mm", *(f"{point}_{axis}_mm" for point in points for axis in "xy")]
+    table = write_table(tmp_path / "some.csv", {name: columns[name] for name in kept})
+    status, said = worm_and_report(table, "--out", tmp_path / "out", "--exit-width-mm", 2)
+    assert status == 0, said
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "give tail_x_mm" in page
+    assert "Densities of the distance from the centre" in page
+
+
 def test_every_parameter_and_the_tables_hash_are_in_the_provenance(worm, tmp_path, columns):
     table = write_table(tmp_path / "worm.csv", columns)
     worm(table, "--out", tmp_path / "out", "--exit-width-mm", 2, "--contact-factor", 0.4)

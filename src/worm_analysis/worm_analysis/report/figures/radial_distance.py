@@ -83,6 +83,8 @@ def radii(data: ReportData) -> Panel:
     axes.plot([0, R], [0, 2 / R], ":", color="#9a9a9a", linewidth=0.9)
     for point in KEYPOINTS:
         symbol = _LETTERS[point]
+        if not pool.sums.has(f"r_{symbol}"):  # a table of another tracker may lack the tail
+            continue
         edges, density = radial_density(pool.total(f"r_{symbol}"), R)
         table |= {"r_mm": (edges[1:] + edges[:-1]) / 2, f"P_r_{symbol}_per_mm": density}
         axes.stairs(
