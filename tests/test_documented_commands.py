@@ -27,10 +27,15 @@ NOT_RUN = {
     "make demo": "sets up an environment, then replays all of bags/larva: test_main_job.py does",
     "make test": "runs this test",
     "source .venv/bin/activate": "tests run in an environment that is active",
-    "worm live --camera /dev/video0 --out out/today --record out/today-bag": "needs a camera",
+    "worm live --camera /dev/video0 --out out/today --record out/today-bag-2": "needs a camera",
     "export ROS_SECURITY_KEYSTORE=~/keystore ROS_SECURITY_ENABLE=true "
     "ROS_SECURITY_STRATEGY=Enforce": "needs keys of ROS 2",
     "export ROS_SECURITY_ENCLAVE_OVERRIDE=/worm": "needs keys of ROS 2",
+    "cd ros2_ws": "needs a full ROS 2 installation, as the next four; test_workspace.py builds",
+    "colcon build": "test_workspace.py does",
+    "source install/setup.bash": "needs a full ROS 2 installation",
+    "mkdir -p ../out/launched": "needs a full ROS 2 installation",
+    "ros2 launch worm_bringup replay.launch.py bag:=../bags/larva out:=../out/launched": "needs it",
     "worm live --network --camera /dev/video0 --out out/today": "needs a camera, and a network",
 }
 """Commands that are checked to parse only, and why."""
@@ -60,8 +65,12 @@ def parses(command):
     elif name == "worm":
         subcommand = WORM.commands[words[0]]
         subcommand.make_context(words[0], words[1:]).close()
+    elif name == "ros2":
+        package, file, *arguments = words[1:]
+        launch = (ROOT / "src" / package / "launch" / file).read_text(encoding="utf-8")
+        assert all(f'"{argument.split(":=")[0]}"' in launch for argument in arguments)
     else:
-        assert name in ("source", "export"), command
+        assert name in ("source", "export", "cd", "colcon", "mkdir"), command
 
 
 @pytest.fixture
