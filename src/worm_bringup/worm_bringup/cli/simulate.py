@@ -1,108 +1,180 @@
-"""`worm simulate`: film a simulated worm in the rig, with the truth of every frame beside it."""
+"""`worm simulate`: trials of a simulated worm, filmed or as tables, with all of their truth."""
 
 import shutil
+import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
-from math import radians
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TypeVar
 
+import pyarrow.parquet as pq
 import typer
 
+from worm_analysis.parameters import AnalysisParameters
+from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar
+from worm_bringup.cli.simulation_options import FilmOptions, Model, WormOptions
 from worm_bringup.cli.terminal import say
 from worm_bringup.graph.in_process import Progress
-from worm_model.simulator.film import FilmFrame, truth_path, write_film
-from worm_model.simulator.rig import Optics, Rig
-from worm_model.simulator.worm import Walker, simulate_film
-from worm_msgs_py import limits
+from worm_bringup.outputs.results_directory import check_out, results_directory
+from worm_bringup.tracks.simulated_tracks import track_table
+from worm_bringup.tracks.track_analysis import analyse_tracks
+from worm_bringup.tracks.track_rig import TableRig
+from worm_bringup.tracks.track_table import TrackTable
+from worm_model.filament import trial
+from worm_model.filament.rig import FilamentRig
+from worm_model.simulator.film import truth_path, write_film
+from worm_model.simulator.filming import film
+from worm_model.simulator.worm import midlines_mm
+from worm_msgs_py import limits, paper
+from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 
-_WORM = "The worm"
-_RIG = "The rig"
-DURATION = Limit(0.1, 604_800.0, "s")
-FILM_FPS = Limit(0.1, 1000.0, "frames/s")
-FILM_BODY_LENGTH, FILM_BODY_WIDTH = Limit(1.0, 60.0, "mm"), Limit(0.05, 5.0, "mm")
-FILM_SPEED = Limit(0.01, 10.0, "mm/s")
-FILM_STEP, FILM_EXCURSION = Limit(0.01, 100.0, "mm"), Limit(0.01, 8.0, "mm")
+_RIG, _MANY = "The rig", "Many trials"
+DURATION, TRIALS = Limit(0.005, 10_080.0, "min"), Limit(1, 1000)
 FILM_EXIT_WIDTH = Limit(0.1, 15.0, "mm", or_zero=True)
-NOISE = Limit(0.0, 255.0, "grey levels")
-FRAME_BYTES = 100_000
-"""About what a picture of the simulated rig takes in the bag."""
+FRAME_BYTES, ROW_BYTES = 100_000, 300
+"""About what a picture of the simulated rig takes in the bag, and a row in the tables."""
 MOST_FRAMES = 1_000_000
+Item = TypeVar("Item")
 
 
+@grouped
 def simulate(
-    out: Annotated[Path, typer.Option(help="The bag to make; its truth is written beside it.")],
-    duration_s: Annotated[float, number(DURATION)] = 60.0,
-    fps: Annotated[float, number(FILM_FPS)] = 30.0,
-    seed: Annotated[int, number(limits.SEED, help="Same seed, same film.")] = 0,
-    length_mm: Annotated[float, number(FILM_BODY_LENGTH, rich_help_panel=_WORM)] = 20.0,
-    body_width_mm: Annotated[float, number(FILM_BODY_WIDTH, rich_help_panel=_WORM)] = 0.4,
-    speed_mm_s: Annotated[
-        float, number(FILM_SPEED, help="Along the wall.", rich_help_panel=_WORM)
-    ] = 2.02,
-    slide_mm: Annotated[float, number(FILM_STEP, help="Mean d_c.", rich_help_panel=_WORM)] = 1.95,
-    hop_mm: Annotated[float, number(FILM_STEP, help="Mean d_nc.", rich_help_panel=_WORM)] = 1.46,
-    excursion_mm: Annotated[
-        float, number(FILM_EXCURSION, help="Mean Δr_h.", rich_help_panel=_WORM)
-    ] = 1.14,
-    reversal: Annotated[
-        float, number(limits.SHARE, help="Per slide and hop.", rich_help_panel=_WORM)
-    ] = 0.03,
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(
+            help="The bag to make; its truth is written beside it. A directory of many trials."
+        ),
+    ],
+    minutes: Annotated[float, number(DURATION, help="Length of a trial.")] = 1.0,
+    seed: Annotated[int, number(limits.SEED, help="Same seed, same trial.")] = 0,
+    model: Annotated[
+        Model,
+        typer.Option(
+            help="An elastic filament that crawls through both chambers, or a worm that follows "
+            "the wall of one by the walk's own rules."
+        ),
+    ] = Model.FILAMENT,
     exit_width_mm: Annotated[
-        float, number(FILM_EXIT_WIDTH, help="W; 0: no exit.", rich_help_panel=_RIG)
-    ] = 2.0,
-    exit_deg: Annotated[
-        float, number(limits.ANGLE, help="Counter-clockwise from right.", rich_help_panel=_RIG)
-    ] = 0.0,
-    noise: Annotated[float, number(NOISE, help="Grey levels, sd.", rich_help_panel=_RIG)] = 2.0,
-    jpeg_quality: Annotated[int, number(limits.JPEG_QUALITY, rich_help_panel=_RIG)] = 90,
+        list[float],
+        number(
+            FILM_EXIT_WIDTH,
+            help="W; 0: no exit. Given several times, the trials take turns.",
+            rich_help_panel=_RIG,
+        ),
+    ] = [2.0],  # noqa: B006 - typer copies it
+    trials: Annotated[int, number(TRIALS, help="Their seeds count up.", rich_help_panel=_MANY)] = 1,
+    tracks_only: Annotated[
+        bool,
+        typer.Option(
+            "--tracks-only",
+            help="No pictures: write what a perfect tracker and the analysis make of them, for "
+            "`worm report`.",
+            rich_help_panel=_MANY,
+        ),
+    ] = False,
+    worm: WormOptions,
+    camera: FilmOptions,
 ) -> None:
-    """Film a worm that follows the wall: a bag like the rig's, and exact truth beside it.
+    """Simulate a worm in the rig: a bag like the camera's, and exact truth beside it.
 
-    Try the whole path with known answers: `worm simulate --out walk`, then `worm replay walk --out
-    out/walk`, and compare with walk_truth.parquet.
+    Try the whole path with known answers: `worm simulate --out crawl`, then `worm replay crawl
+    --out results`, and compare with crawl_truth.parquet by `worm evaluate`.
     """
-    _refuse_huge(out, duration_s * fps)
-    walker = Walker(
-        length_mm=length_mm,
-        width_mm=body_width_mm,
-        speed_mm_s=speed_mm_s,
-        mean_slide_mm=slide_mm,
-        mean_hop_mm=hop_mm,
-        mean_excursion_mm=excursion_mm,
-        reversal_per_cycle=reversal,
-        seed=seed,
-    )
-    rig = Rig(
-        exit_rad=radians(exit_deg),
-        exit_width_mm=exit_width_mm,
-        optics=replace(Optics(), noise=noise, seed=seed),
-    )
-    with progress_bar(out.name) as progress:
-        film = _counted(simulate_film(rig, walker, duration_s, fps), progress, duration_s * fps)
-        write_film(out, film, jpeg_quality=jpeg_quality)
-    say(f"Bag: {out}\nTruth: {truth_path(out)}")
+    if len(exit_width_mm) > trials:
+        raise BadInput(f"--exit-width-mm is given {len(exit_width_mm)} times: give --trials, too")
+    frames = 60.0 * minutes * camera.fps
+    if model is Model.FILAMENT:
+        worm.refuse_walk_options()
+    _refuse_huge(out, trials * frames, ROW_BYTES if tracks_only else FRAME_BYTES)
+    for index in range(trials):
+        place = out / f"trial_{index:02d}" if trials > 1 else out
+        width_mm = exit_width_mm[index % len(exit_width_mm)]
+        one = _Trial(model, worm, camera, seed + index, width_mm, minutes)
+        with progress_bar(place.name) as progress:
+            if tracks_only:
+                _write_tables(one, place, progress)
+            else:
+                counted = _counted(one.midlines(), progress, frames)
+                pictures = film(counted, one.rig, camera.filming(worm.body_width_mm))
+                write_film(place, pictures, jpeg_quality=camera.jpeg_quality)
+        if tracks_only:
+            say(f"Results: {place}")
+        else:
+            say(f"Bag: {place}\nTruth: {truth_path(place)}")
 
 
-def _counted(film: Iterable[FilmFrame], progress: Progress, total: float) -> Iterator[FilmFrame]:
-    for count, frame in enumerate(film, start=1):
-        yield frame
+class _Trial:
+    """One worm in one rig."""
+
+    def __init__(
+        self,
+        model: Model,
+        worm: WormOptions,
+        camera: FilmOptions,
+        seed: int,
+        exit_width_mm: float,
+        minutes: float,
+    ):
+        self._seed, self.exit_width_mm = seed, exit_width_mm
+        self.fps, self._duration_s = camera.fps, 60.0 * minutes
+        self.rig = camera.rig(exit_width_mm, seed)
+        self.width_mm = worm.body_width_mm
+        self._model = model
+        self._filament, self._walker = worm.filament(), worm.walker(seed)
+
+    def midlines(self) -> Iterator[Floats]:
+        """Yield the worm at every frame, in chamber a's frame, mm."""
+        if self._model is Model.WALK:
+            return midlines_mm(self._walker, paper.RADIUS_MM, self._duration_s, self.fps)
+        return trial.frames(
+            self._filament,
+            FilamentRig(exit_width_mm=self.exit_width_mm),
+            seed=self._seed,
+            duration_s=self._duration_s,
+            frames_per_s=self.fps,
+        )
+
+    def provenance(self) -> dict[str, Any]:
+        """Return what makes the same trial again."""
+        worm = self._filament if self._model is Model.FILAMENT else self._walker
+        numbers = {"frames_per_s": self.fps, "duration_s": self._duration_s, **asdict(worm)}
+        return {"simulated": self._model.value, "seed": self._seed, **numbers}
+
+
+def _write_tables(one: _Trial, place: Path, progress: Progress) -> None:
+    """Write a results directory without pictures, bag and report."""
+    check_out(place)
+    total = one.fps * one.provenance()["duration_s"]
+    with results_directory(place) as partial, tempfile.TemporaryDirectory() as folder:
+        tracks = Path(folder) / f"{place.name}.parquet"
+        midlines = _counted(one.midlines(), progress, total)
+        pq.write_table(track_table(midlines, one.fps, one.width_mm), tracks)
+        rig = TableRig(exit_width_mm=one.exit_width_mm)
+        analyse_tracks(
+            TrackTable(tracks), rig, AnalysisParameters(), partial, source=one.provenance()
+        )
+
+
+def _counted(items: Iterable[Item], progress: Progress, total: float) -> Iterator[Item]:
+    for count, item in enumerate(items, start=1):
+        yield item
         progress(count, round(total))
 
 
-def _refuse_huge(out: Path, frames: float) -> None:
-    """Refuse a film that nobody would wait for, or that its disk cannot hold."""
-    cure = "give a shorter --duration-s or a lower --fps"
-    if frames > MOST_FRAMES:
-        raise BadInput(f"--duration-s times --fps is {frames:.0f} frames: {cure}")
+def _refuse_huge(out: Path, frames: float, frame_bytes: int) -> None:
+    """Refuse trials that nobody would wait for, or that their disk cannot hold."""
+    cure = "give fewer --minutes or --trials, or a lower --fps"
+    if frames > MOST_FRAMES and frame_bytes == FRAME_BYTES:
+        raise BadInput(f"--minutes times --fps is {frames:.0f} frames: {cure}")
     disk = next(folder for folder in out.absolute().parents if folder.exists())
     free = shutil.disk_usage(disk).free
-    if frames * FRAME_BYTES > free:
+    if frames * frame_bytes > free:
         raise BadInput(
-            f"--out {out}: {frames:.0f} frames take about {frames * FRAME_BYTES / 1e9:.1f} GB, "
+            f"--out {out}: {frames:.0f} frames take about {frames * frame_bytes / 1e9:.1f} GB, "
             f"{free / 1e9:.1f} GB are free: {cure}"
         )

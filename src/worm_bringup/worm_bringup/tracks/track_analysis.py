@@ -70,6 +70,8 @@ def analyse_tracks(
     parameters: AnalysisParameters,
     out: Path,
     progress: Callable[[int, int | None], None] = lambda done, total: None,
+    *,
+    source: Mapping[str, Any] | None = None,
 ) -> None:
     """Write tracks, contacts, passages and the summary into a directory that is there.
 
@@ -85,6 +87,8 @@ def analyse_tracks(
         An empty directory.
     progress : callable
         Given the rows that are done, and how many there are in all where that is known.
+    source : mapping, optional
+        What the tracks come from, for the summary; the table's name and hash where not given.
 
     Raises
     ------
@@ -102,7 +106,8 @@ def analyse_tracks(
     lacking = _lacking(table, rig, parameters)
     trial = run.record(lacking)
     write_sums(out / "sums.parquet", _without_lacking(run.analysis.sums(), lacking))
-    source = {"table": table.path.name, "sha256": file_hash(table.path)}
+    if source is None:
+        source = {"table": table.path.name, "sha256": file_hash(table.path)}
     document = provenance(
         source, {"rig": _told(rig), "analysis": asdict(parameters), "model": asdict(MODEL)}
     )

@@ -27,6 +27,8 @@ from worm_msgs_py.arrays import Floats
 
 DRAWN_STEP_WIDTHS = 0.4
 DRAWN_SUBPIXELS = 2
+HEAD_TIP_WIDTH, TAIL_TIP_WIDTH = 0.6, 0.4
+"""Parts of the full width that the half circles at the tips have about."""
 SHUTTER_STEPS = 5
 """Places of the body that an exposure is the mean of."""
 DRIFT_STEP_PX = 0.125
@@ -174,9 +176,16 @@ def _body(rig: Rig, line_mm: Floats, filming: Filming) -> Body:
         given = np.linspace(0.0, 1.0, len(skin.width_mm))
         width = np.interp(part, given, skin.width_mm) * rig.px_per_mm
     else:
-        head, tail = at / (HEAD_TAPER_WIDTHS * full), (chord[-1] - at) / (TAIL_TAPER_WIDTHS * full)
-        width = full * np.sqrt(1.0 - (1.0 - np.clip(np.minimum(head, tail), 0.0, 1.0)) ** 2)
+        head = _end_width(at / full, HEAD_TAPER_WIDTHS, HEAD_TIP_WIDTH)
+        tail = _end_width((chord[-1] - at) / full, TAIL_TAPER_WIDTHS, TAIL_TIP_WIDTH)
+        width = full * np.minimum(head, tail)
     return polyline_body(np.asarray(CubicSpline(chord, points)(at)), width)
+
+
+def _end_width(from_tip: Floats, taper: float, tip: float) -> Floats:
+    """Return the width near an end, all in full widths: half an ellipse that starts at `tip`."""
+    part = np.clip(from_tip / taper, 0.0, 1.0)
+    return np.asarray(tip + (1.0 - tip) * np.sqrt(1.0 - (1.0 - part) ** 2))
 
 
 def _absorbed(rig: Rig, body: Body, strands: Layers, filming: Filming) -> Coverage:

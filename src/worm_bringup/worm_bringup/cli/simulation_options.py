@@ -1,0 +1,202 @@
+"""Options of simulated trials: the worm, and how it is filmed."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Annotated
+
+import typer
+
+from worm_bringup.cli.numbers import number, numbers
+from worm_model.filament.parameters import FilamentParameters
+from worm_model.simulator.filming import Filming
+from worm_model.simulator.rig import Optics, Rig
+from worm_model.simulator.rig.skins import read_skins
+from worm_model.simulator.rig.views import both_chambers, one_chamber
+from worm_model.simulator.worm import Walker
+from worm_msgs_py import limits
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import Limit
+
+_WORM, _WALK, _CAMERA, _WATER = "The worm", "With --model walk", "The camera", "Lamp and water"
+FILM_FPS = Limit(0.1, 1000.0, "frames/s")
+FILM_BODY_LENGTH, FILM_BODY_WIDTH = Limit(1.0, 60.0, "mm"), Limit(0.05, 5.0, "mm")
+FILM_SPEED = Limit(0.01, 10.0, "mm/s")
+FILM_STEP, FILM_EXCURSION = Limit(0.01, 100.0, "mm"), Limit(0.01, 8.0, "mm")
+FILM_SCALE = Limit(2.0, 200.0, "px/mm")
+NOISE, SHOT_NOISE = Limit(0.0, 255.0, "grey levels"), Limit(0.0, 100.0, "grey levels")
+BLUR, EXPOSURE = Limit(0.0, 50.0, "px"), Limit(0.0, 10_000.0, "ms")
+BITS, PIECES = Limit(8, 16), Limit(0, 1000)
+SHADE, DRIFT = Limit(0.0, 1.0), Limit(-100.0, 100.0, "mm/min")
+GRADIENT = Limit(-0.9, 0.9)
+
+
+class Model(Enum):
+    """How the worm moves."""
+
+    FILAMENT = "filament"
+    WALK = "walk"
+
+
+class SkinName(Enum):
+    """A real worm whose look can be worn."""
+
+    W4 = "w4"
+    W5 = "w5"
+
+
+@dataclass(frozen=True)
+class WormOptions:
+    """The worm; what is not given has the model's own value."""
+
+    length_mm: Annotated[float, number(FILM_BODY_LENGTH, help="l_w.", rich_help_panel=_WORM)] = 20.0
+    body_width_mm: Annotated[float, number(FILM_BODY_WIDTH, help="d_w.", rich_help_panel=_WORM)] = (
+        0.4
+    )
+    speed_mm_s: Annotated[
+        float, number(FILM_SPEED, help="v_w, of a free worm.", rich_help_panel=_WORM)
+    ] = 2.02
+    slide_mm: Annotated[
+        float | None, number(FILM_STEP, help="Mean d_c.", rich_help_panel=_WALK)
+    ] = None
+    hop_mm: Annotated[float | None, number(FILM_STEP, help="Mean d_nc.", rich_help_panel=_WALK)] = (
+        None
+    )
+    excursion_mm: Annotated[
+        float | None, number(FILM_EXCURSION, help="Mean Δr_h.", rich_help_panel=_WALK)
+    ] = None
+    reversal: Annotated[
+        float | None, number(limits.SHARE, help="Per slide and hop.", rich_help_panel=_WALK)
+    ] = None
+
+    def refuse_walk_options(self) -> None:
+        """Raise `BadInput` where an option of the walk was given: the filament has no such law."""
+        for option in self._walk_options():
+            name = option.replace("_", "-")
+            raise BadInput(f"--{name} is the walk's: leave it out, or give --model walk")
+
+    def filament(self) -> FilamentParameters:
+        """Return the two-dimensional worm."""
+        return FilamentParameters(
+            length_mm=self.length_mm,
+            width_mm=self.body_width_mm,
+            crawl_speed_mm_s=self.speed_mm_s,
+        )
+
+    def walker(self, seed: int) -> Walker:
+        """Return the worm that walks along the wall."""
+        return Walker(
+            length_mm=self.length_mm,
+            width_mm=self.body_width_mm,
+            speed_mm_s=self.speed_mm_s,
+            seed=seed,
+            **{_WALKER[name]: value for name, value in self._walk_options().items()},
+        )
+
+    def _walk_options(self) -> dict[str, float]:
+        given = {name: getattr(self, name) for name in _WALKER}
+        return {name: value for name, value in given.items() if value is not None}
+
+
+_WALKER = {
+    "slide_mm": "mean_slide_mm",
+    "hop_mm": "mean_hop_mm",
+    "excursion_mm": "mean_excursion_mm",
+    "reversal": "reversal_per_cycle",
+}
+"""Which of the walker's numbers an option is."""
+
+
+@dataclass(frozen=True)
+class FilmOptions:
+    """The camera over the rig, and what else it sees."""
+
+    fps: Annotated[float, number(FILM_FPS, rich_help_panel=_CAMERA)] = 30.0
+    single_chamber: Annotated[
+        bool,
+        typer.Option(
+            "--one-chamber", help="Film chamber a alone, larger.", rich_help_panel=_CAMERA
+        ),
+    ] = False
+    px_per_mm: Annotated[
+        float | None,
+        number(
+            FILM_SCALE,
+            help="20 where not given, 40 of one chamber: a picture of a megapixel.",
+            rich_help_panel=_CAMERA,
+        ),
+    ] = None
+    bits: Annotated[int, number(BITS, help="A pixel: 8 or 16.", rich_help_panel=_CAMERA)] = 8
+    noise: Annotated[
+        float, number(NOISE, help="Read noise, grey levels, sd.", rich_help_panel=_CAMERA)
+    ] = 2.0
+    shot_noise: Annotated[
+        float,
+        number(SHOT_NOISE, help="Its variance for each grey level.", rich_help_panel=_CAMERA),
+    ] = 0.0
+    blur_px: Annotated[float, number(BLUR, help="Of the lens, sd.", rich_help_panel=_CAMERA)] = 0.8
+    exposure_ms: Annotated[
+        float, number(EXPOSURE, help="Motion blur.", rich_help_panel=_CAMERA)
+    ] = 0.0
+    drift_mm_per_min: Annotated[
+        tuple[float, float],
+        numbers("How fast the camera drifts.", rich_help_panel=_CAMERA, RIGHT=DRIFT, DOWN=DRIFT),
+    ] = (0.0, 0.0)
+    jpeg_quality: Annotated[
+        int, number(limits.JPEG_QUALITY, help="Of 8 bits.", rich_help_panel=_CAMERA)
+    ] = 90
+    gradient: Annotated[
+        tuple[float, float],
+        numbers(
+            "Change of the light from the middle to the right and the lower edge.",
+            rich_help_panel=_WATER,
+            RIGHT=GRADIENT,
+            DOWN=GRADIENT,
+        ),
+    ] = (0.12, -0.08)
+    flicker: Annotated[
+        float, number(SHADE, help="The lamp is in 1 ± this.", rich_help_panel=_WATER)
+    ] = 0.0
+    wall_light: Annotated[
+        float, number(SHADE, help="Light that the wall lets pass.", rich_help_panel=_WATER)
+    ] = 0.2
+    debris: Annotated[int, number(PIECES, help="Specks.", rich_help_panel=_WATER)] = 0
+    bubbles: Annotated[int, number(PIECES, rich_help_panel=_WATER)] = 0
+    glare: Annotated[int, number(PIECES, help="Bright spots.", rich_help_panel=_WATER)] = 0
+    skin: Annotated[
+        SkinName | None,
+        typer.Option(
+            help="Wear the skin of a photographed Lumbriculus; one grey where not given.",
+            rich_help_panel=_WATER,
+        ),
+    ] = None
+
+    def rig(self, exit_width_mm: float, seed: int) -> Rig:
+        """Return the rig in the camera's view."""
+        view = one_chamber if self.single_chamber else both_chambers
+        scale = self.px_per_mm or (40.0 if self.single_chamber else 20.0)
+        if self.bits not in (8, 16):
+            raise BadInput(f"--bits is {self.bits}: give 8 or 16")
+        optics = Optics(
+            gradient=self.gradient,
+            wall_transmission=self.wall_light,
+            blur_px=self.blur_px,
+            noise=self.noise,
+            shot_noise=self.shot_noise,
+            bits=self.bits,
+            seed=seed,
+        )
+        return view(scale, exit_width_mm, optics)
+
+    def filming(self, body_width_mm: float) -> Filming:
+        """Return how a worm of this width is filmed."""
+        return Filming(
+            frames_per_s=self.fps,
+            body_width_mm=body_width_mm,
+            skin=None if self.skin is None else read_skins()[self.skin.value],
+            exposure_s=1e-3 * self.exposure_ms,
+            flicker=self.flicker,
+            debris=self.debris,
+            bubbles=self.bubbles,
+            glare=self.glare,
+            drift_mm_per_min=self.drift_mm_per_min,
+        )
