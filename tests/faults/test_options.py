@@ -137,8 +137,9 @@ def test_a_circle_that_cannot_be_in_the_pictures_is_refused(circle):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--duration-s", 600_000, "--fps", 1000], "is 600000000 frames"),
-        (["--duration-s", 1e12], "--duration-s is 1e+12: give 0.1 to"),
+        (["--minutes", 10_000, "--fps", 1000], "is 600000000 frames"),
+        (["--minutes", 1e12], "--minutes is 1e+12: give 0.005 to"),
+        (["--minutes", 10_000, "--tracks-only", "--trials", 1000, "--fps", 100], "GB are free"),
     ],
 )
 def test_a_film_that_nobody_would_wait_for_is_refused(tmp_path, words, said):

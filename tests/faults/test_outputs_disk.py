@@ -155,7 +155,7 @@ def test_a_directory_that_is_mounted_twice_is_known(tmp_path, unmounted):
 @pytest.mark.parametrize(
     ("command", "said"),
     [
-        pytest.param(["simulate", "--duration-s", "2", "--out"], "free", id="simulate"),
+        pytest.param(["simulate", "--minutes", "0.03", "--out"], "free", id="simulate"),
         pytest.param(["import", "FILM", "--fps", "30", "--out"], "No space left", id="import"),
         pytest.param(["model", "figure", "--out"], "No space left", id="figure"),
     ],
@@ -184,8 +184,8 @@ def stills(tmp_path):
 @pytest.mark.parametrize(
     ("command", "taken"),
     [
-        (["simulate", "--duration-s", "1", "--out", "bag"], "bag"),
-        (["simulate", "--duration-s", "1", "--out", "bag"], "bag_truth.parquet"),
+        (["simulate", "--minutes", "0.02", "--out", "bag"], "bag"),
+        (["simulate", "--minutes", "0.02", "--out", "bag"], "bag_truth.parquet"),
         (["model", "figure", "--out", "walk.svg"], "walk.svg"),
     ],
 )

@@ -33,8 +33,8 @@ def evaluate(
 ) -> None:
     """Compare tracks with the truth: tips, midline, head or tail, contact, calibration.
 
-    Try it: `worm simulate --out walk`, `worm replay walk --out out/walk`, then `worm evaluate
-    out/walk walk_truth.parquet`.
+    Try it: `worm simulate --out crawl`, `worm replay crawl --out results`, then `worm evaluate
+    results crawl_truth.parquet`.
     """
     try:
         result = evaluate_tracks(read_tracks(tracks), read_truth(truth), certain=certain)

@@ -18,6 +18,9 @@ from worm_tracker.sources.camera_node import RECONNECT
 from worm_tracker.sources.cameras.camera_address import Kind, kind_of, shown_address
 
 _CAMERA = "The camera"
+_CAMERAS, _SIMULATED = "worm_tracker.sources.camera_node", "worm_bringup.simulated_camera"
+SIMULATED = "sim"
+"""The address of the simulated rig."""
 
 
 @grouped
@@ -27,8 +30,8 @@ def live(
         str,
         typer.Option(
             help="A device (/dev/video0 or 0), an http:// (MJPEG) or rtsp:// address, or a video "
-            "file, played in real time. An address with a password is better given as WORM_CAMERA: "
-            "everybody on this machine can read a command line.",
+            "file, played in real time; `sim` films a simulated worm. An address with a password "
+            "is better given as WORM_CAMERA: everybody on this machine can read a command line.",
             envvar="WORM_CAMERA",
             rich_help_panel=_CAMERA,
         ),
@@ -70,7 +73,9 @@ def live(
 
     The latest frame wins: the tracker never lags behind, and what it skips is counted.
     """
-    film = {"--camera": Path(camera)} if kind_of(camera) is Kind.FILE else {}
+    is_simulated = camera == SIMULATED
+    is_film = not is_simulated and kind_of(camera) is Kind.FILE
+    film = {"--camera": Path(camera)} if is_film else {}
     check_apart({"--out": out, "--record": record}, film)
     if out is not None:
         check_out(out)
@@ -79,7 +84,7 @@ def live(
     if record is not None:
         parameters["record"] = str(record)
     trial = Trial(
-        source=NodeSpec("worm_tracker.sources.camera_node", "image_source", parameters),
+        source=NodeSpec(_SIMULATED if is_simulated else _CAMERAS, "image_source", parameters),
         origin={"camera": shown_address(camera)},
         tracker=tracker.parameters(),
         analysis=analysis.parameters(no_chamber=tracker.no_chamber),

@@ -22,10 +22,8 @@ from worm_bringup.tracks.simulated_tracks import track_table
 from worm_bringup.tracks.track_analysis import analyse_tracks
 from worm_bringup.tracks.track_rig import TableRig
 from worm_bringup.tracks.track_table import TrackTable
-from worm_model.filament import trial
 from worm_model.filament.rig import FilamentRig
 from worm_model.simulator.film import truth_path, write_film
-from worm_model.simulator.filming import film
 from worm_model.simulator.worm import midlines_mm
 from worm_msgs_py import limits, paper
 from worm_msgs_py.arrays import Floats
@@ -85,6 +83,9 @@ def simulate(
     Try the whole path with known answers: `worm simulate --out crawl`, then `worm replay crawl
     --out results`, and compare with crawl_truth.parquet by `worm evaluate`.
     """
+    # Compiled code is slow to import, and most commands simulate nothing.
+    from worm_model.simulator.filming import film
+
     if len(exit_width_mm) > trials:
         raise BadInput(f"--exit-width-mm is given {len(exit_width_mm)} times: give --trials, too")
     frames = 60.0 * minutes * camera.fps
@@ -131,7 +132,9 @@ class _Trial:
         """Yield the worm at every frame, in chamber a's frame, mm."""
         if self._model is Model.WALK:
             return midlines_mm(self._walker, paper.RADIUS_MM, self._duration_s, self.fps)
-        return trial.frames(
+        from worm_model.filament.trial import frames
+
+        return frames(
             self._filament,
             FilamentRig(exit_width_mm=self.exit_width_mm),
             seed=self._seed,

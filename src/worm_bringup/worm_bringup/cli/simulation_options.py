@@ -2,22 +2,24 @@
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from worm_bringup.cli.numbers import number, numbers
 from worm_model.filament.parameters import FilamentParameters
-from worm_model.simulator.filming import Filming
 from worm_model.simulator.rig import Optics, Rig
-from worm_model.simulator.rig.skins import read_skins
 from worm_model.simulator.rig.views import both_chambers, one_chamber
 from worm_model.simulator.worm import Walker
 from worm_msgs_py import limits
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 
-_WORM, _WALK, _CAMERA, _WATER = "The worm", "With --model walk", "The camera", "Lamp and water"
+if TYPE_CHECKING:
+    from worm_model.simulator.filming import Filming
+
+_WORM, _BY_WALK = "The worm", "With --model walk"
+_CAMERA, _WATER = "The camera", "Lamp and water"
 FILM_FPS = Limit(0.1, 1000.0, "frames/s")
 FILM_BODY_LENGTH, FILM_BODY_WIDTH = Limit(1.0, 60.0, "mm"), Limit(0.05, 5.0, "mm")
 FILM_SPEED = Limit(0.01, 10.0, "mm/s")
@@ -26,8 +28,8 @@ FILM_SCALE = Limit(2.0, 200.0, "px/mm")
 NOISE, SHOT_NOISE = Limit(0.0, 255.0, "grey levels"), Limit(0.0, 100.0, "grey levels")
 BLUR, EXPOSURE = Limit(0.0, 50.0, "px"), Limit(0.0, 10_000.0, "ms")
 BITS, PIECES = Limit(8, 16), Limit(0, 1000)
-SHADE, DRIFT = Limit(0.0, 1.0), Limit(-100.0, 100.0, "mm/min")
-GRADIENT = Limit(-0.9, 0.9)
+LIGHT_PART, DRIFT = Limit(0.0, 1.0), Limit(-100.0, 100.0, "mm/min")
+GRADIENT = Limit(-100.0, 100.0, "%")
 
 
 class Model(Enum):
@@ -56,16 +58,16 @@ class WormOptions:
         float, number(FILM_SPEED, help="v_w, of a free worm.", rich_help_panel=_WORM)
     ] = 2.02
     slide_mm: Annotated[
-        float | None, number(FILM_STEP, help="Mean d_c.", rich_help_panel=_WALK)
+        float | None, number(FILM_STEP, help="Mean d_c.", rich_help_panel=_BY_WALK)
     ] = None
-    hop_mm: Annotated[float | None, number(FILM_STEP, help="Mean d_nc.", rich_help_panel=_WALK)] = (
-        None
-    )
+    hop_mm: Annotated[
+        float | None, number(FILM_STEP, help="Mean d_nc.", rich_help_panel=_BY_WALK)
+    ] = None
     excursion_mm: Annotated[
-        float | None, number(FILM_EXCURSION, help="Mean Δr_h.", rich_help_panel=_WALK)
+        float | None, number(FILM_EXCURSION, help="Mean Δr_h.", rich_help_panel=_BY_WALK)
     ] = None
     reversal: Annotated[
-        float | None, number(limits.SHARE, help="Per slide and hop.", rich_help_panel=_WALK)
+        float | None, number(limits.SHARE, help="Per slide and hop.", rich_help_panel=_BY_WALK)
     ] = None
 
     def refuse_walk_options(self) -> None:
@@ -144,7 +146,7 @@ class FilmOptions:
     jpeg_quality: Annotated[
         int, number(limits.JPEG_QUALITY, help="Of 8 bits.", rich_help_panel=_CAMERA)
     ] = 90
-    gradient: Annotated[
+    gradient_percent: Annotated[
         tuple[float, float],
         numbers(
             "Change of the light from the middle to the right and the lower edge.",
@@ -152,12 +154,12 @@ class FilmOptions:
             RIGHT=GRADIENT,
             DOWN=GRADIENT,
         ),
-    ] = (0.12, -0.08)
+    ] = (12.0, -8.0)
     flicker: Annotated[
-        float, number(SHADE, help="The lamp is in 1 ± this.", rich_help_panel=_WATER)
+        float, number(LIGHT_PART, help="The lamp is in 1 ± this.", rich_help_panel=_WATER)
     ] = 0.0
     wall_light: Annotated[
-        float, number(SHADE, help="Light that the wall lets pass.", rich_help_panel=_WATER)
+        float, number(LIGHT_PART, help="Light that the wall lets pass.", rich_help_panel=_WATER)
     ] = 0.2
     debris: Annotated[int, number(PIECES, help="Specks.", rich_help_panel=_WATER)] = 0
     bubbles: Annotated[int, number(PIECES, rich_help_panel=_WATER)] = 0
@@ -176,8 +178,9 @@ class FilmOptions:
         scale = self.px_per_mm or (40.0 if self.single_chamber else 20.0)
         if self.bits not in (8, 16):
             raise BadInput(f"--bits is {self.bits}: give 8 or 16")
+        right, down = self.gradient_percent
         optics = Optics(
-            gradient=self.gradient,
+            gradient=(right / 100.0, down / 100.0),
             wall_transmission=self.wall_light,
             blur_px=self.blur_px,
             noise=self.noise,
@@ -187,8 +190,12 @@ class FilmOptions:
         )
         return view(scale, exit_width_mm, optics)
 
-    def filming(self, body_width_mm: float) -> Filming:
+    def filming(self, body_width_mm: float) -> "Filming":
         """Return how a worm of this width is filmed."""
+        # Compiled code is slow to import, and most commands simulate nothing.
+        from worm_model.simulator.filming import Filming
+        from worm_model.simulator.rig.skins import read_skins
+
         return Filming(
             frames_per_s=self.fps,
             body_width_mm=body_width_mm,

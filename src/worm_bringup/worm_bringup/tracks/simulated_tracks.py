@@ -5,12 +5,10 @@ from collections.abc import Iterable
 import numpy as np
 import pyarrow as pa
 
+from worm_model.simulator.body_width import tapered
 from worm_model.simulator.film import frame_stamp_ns
-from worm_model.simulator.rig.body import HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS
+from worm_model.simulator.rig.truth import HEAD_PART
 from worm_msgs_py.arrays import Floats
-
-HEAD_PART = 0.1
-"""The head's direction is that of the midline's first tenth (docs/science.md)."""
 
 
 def track_table(midlines_mm: Iterable[Floats], frames_per_s: float, width_mm: float) -> pa.Table:
@@ -31,12 +29,13 @@ def track_table(midlines_mm: Iterable[Floats], frames_per_s: float, width_mm: fl
         direction, length and width. Where strands lie on each other the area counts twice.
     """
     rows = [_row(line, width_mm) for line in midlines_mm]
-    columns = dict(zip(_COLUMNS, np.array(rows).reshape(-1, len(_COLUMNS)).T, strict=True))
+    values = np.array(rows).reshape(-1, len(_TRACK_COLUMNS))
+    columns = dict(zip(_TRACK_COLUMNS, values.T, strict=True))
     stamps = [frame_stamp_ns(frame, frames_per_s) for frame in range(len(rows))]
     return pa.table({"stamp_ns": pa.array(stamps, pa.int64()), **columns})
 
 
-_COLUMNS = (
+_TRACK_COLUMNS = (
     "head_x_mm", "head_y_mm", "centroid_x_mm", "centroid_y_mm", "tail_x_mm", "tail_y_mm",
     "head_yaw_deg", "length_mm", "width_mm",
 )  # fmt: skip
@@ -45,8 +44,7 @@ _COLUMNS = (
 def _row(line: Floats, width_mm: float) -> tuple[float, ...]:
     step = np.hypot(*np.diff(line, axis=0).T)
     s = np.r_[0.0, np.cumsum(step)]
-    head, tail = s / (HEAD_TAPER_WIDTHS * width_mm), (s[-1] - s) / (TAIL_TAPER_WIDTHS * width_mm)
-    width = np.sqrt(1.0 - (1.0 - np.clip(np.minimum(head, tail), 0.0, 1.0)) ** 2)
+    width = tapered(s / width_mm)
     area = 0.5 * (width[1:] + width[:-1]) * step
     x, y = area @ (0.5 * (line[1:] + line[:-1])) / area.sum()
     neck = [np.interp(HEAD_PART * s[-1], s, line[:, axis]) for axis in (0, 1)]

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from worm_model.simulator.body_width import tapered
 from worm_model.simulator.film import FilmFrame, frame_stamp_ns
 from worm_model.simulator.rig import Body, Rig, expose, truth_of
 from worm_model.simulator.rig import disturbances as seen
-from worm_model.simulator.rig.body import HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS
 from worm_model.simulator.rig.drawing import Coverage, add_worm
 from worm_model.simulator.rig.strand_layers import Layers
 from worm_model.simulator.rig.strands import (
@@ -27,8 +27,6 @@ from worm_msgs_py.arrays import Floats
 
 DRAWN_STEP_WIDTHS = 0.4
 DRAWN_SUBPIXELS = 2
-HEAD_TIP_WIDTH, TAIL_TIP_WIDTH = 0.6, 0.4
-"""Parts of the full width that the half circles at the tips have about."""
 SHUTTER_STEPS = 5
 """Places of the body that an exposure is the mean of."""
 DRIFT_STEP_PX = 0.125
@@ -176,16 +174,8 @@ def _body(rig: Rig, line_mm: Floats, filming: Filming) -> Body:
         given = np.linspace(0.0, 1.0, len(skin.width_mm))
         width = np.interp(part, given, skin.width_mm) * rig.px_per_mm
     else:
-        head = _end_width(at / full, HEAD_TAPER_WIDTHS, HEAD_TIP_WIDTH)
-        tail = _end_width((chord[-1] - at) / full, TAIL_TAPER_WIDTHS, TAIL_TIP_WIDTH)
-        width = full * np.minimum(head, tail)
+        width = full * tapered(at / full)
     return polyline_body(np.asarray(CubicSpline(chord, points)(at)), width)
-
-
-def _end_width(from_tip: Floats, taper: float, tip: float) -> Floats:
-    """Return the width near an end, all in full widths: half an ellipse that starts at `tip`."""
-    part = np.clip(from_tip / taper, 0.0, 1.0)
-    return np.asarray(tip + (1.0 - tip) * np.sqrt(1.0 - (1.0 - part) ** 2))
 
 
 def _absorbed(rig: Rig, body: Body, strands: Layers, filming: Filming) -> Coverage:

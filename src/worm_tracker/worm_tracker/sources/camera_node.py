@@ -2,6 +2,7 @@
 
 import math
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
@@ -97,9 +98,14 @@ class CameraNode(SourceNode):
             reconnect_delay_s=delay_s,
             stall_s=stall_s,
             on_change=wake.trigger,
+            capture=self.capture_instead(),
         )
         self._opened.callback(camera.stop)
         return camera
+
+    def capture_instead(self) -> Callable[[], Any] | None:
+        """Return what opens something that films in place of OpenCV's captures; None: nothing."""
+        return None
 
     def _open_record(self) -> LiveRecord | None:
         directory = self.read_parameter("record", "", "directory for what is sent; empty: none")

@@ -53,6 +53,9 @@ class Camera:
     on_change : callable, optional
         Called from the capturing thread when a frame has come, and when capturing has stopped,
         goes on or has ended.
+    capture : callable, optional
+        Opens something else that films, with the methods of `cv2.VideoCapture`; the address is
+        then shown alone.
 
     Raises
     ------
@@ -75,9 +78,11 @@ class Camera:
         reconnect_delay_s: float = 0.5,
         stall_s: float = 5.0,
         on_change: Callable[[], None] | None = None,
+        capture: Callable[[], Any] | None = None,
     ) -> None:
         self.shown_address = shown_address(address)
-        self.kind = kind_of(address)
+        self.kind = kind_of(address) if capture is None else Kind.STREAM
+        self._capture_instead = capture
         self.why_lost = ""
         self._address = address
         self.reconnect_s, self._stall_s = reconnect_s, stall_s
@@ -168,6 +173,8 @@ class Camera:
         return CaptureCounts(*counts, self._watch.reconnections, age_s)
 
     def _open(self) -> Any | None:
+        if self._capture_instead is not None:
+            return self._capture_instead()
         return open_capture(self._address, self.kind, self._stall_s)
 
     def _run(self) -> None:
