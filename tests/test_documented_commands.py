@@ -1,4 +1,8 @@
-"""What README and docs tell to type works as it stands: commands, Python, tests of nodes."""
+"""What README and docs tell to type works as it stands: commands, Python, tests of nodes.
+
+Fenced blocks are run. What stands in a sentence may take minutes (benchmarks) or need what the
+reader has: its names and options are held to those that there are.
+"""
 
 import os
 import re
@@ -7,6 +11,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pyarrow.parquet as pq
 import pytest
 import typer
 from forked_commands import run_command
@@ -113,6 +118,9 @@ def test_what_stands_on_a_page_works_in_its_order(page, run, tmp_path):
                 assert "1 passed" in run("pytest", "-q", str(script))
             else:
                 assert run("python", str(script))
+    for table in (tmp_path / "out").rglob("*.parquet"):
+        for column in pq.read_schema(table):
+            assert column.metadata[b"description"], f"{table}: {column.name}"
 
 
 def test_what_is_not_run_stands_somewhere():
