@@ -10,7 +10,17 @@ from worm_model.filament.mechanics import BAND, solve_band
 from worm_model.filament.motion import FilamentMotion, clearance_mm
 from worm_model.filament.parameters import FilamentParameters
 from worm_model.filament.rig import FilamentRig
-from worm_model.filament.strokes import HEAD_BEND, NOISE_SIZE, STATE_SIZE, UNDULATION_RAD
+from worm_model.filament.strokes import (
+    BEND_NOISE,
+    HEAD_AIM,
+    HEAD_BEND,
+    LENGTH_NOISE,
+    NOISE_SIZE,
+    ONSET_NOISE,
+    STATE_SIZE,
+    TURN_NOISE,
+    UNDULATION_RAD,
+)
 from worm_model.filament.walls import wall_distance_mm
 
 OPEN = FilamentRig(radius_mm=1e6, exit_width_mm=0.0)
@@ -45,8 +55,11 @@ def length_mm(points):
 
 def random_noise(steps, seed):
     draw = np.random.default_rng(seed)
-    columns = [draw.standard_normal(steps), draw.random(steps), draw.standard_exponential(steps)]
-    return np.stack(columns, axis=1)
+    noise = np.empty((steps, NOISE_SIZE))
+    noise[:, BEND_NOISE] = draw.standard_normal(steps)
+    noise[:, [TURN_NOISE, ONSET_NOISE]] = draw.random((steps, 2))
+    noise[:, LENGTH_NOISE] = draw.standard_exponential(steps)
+    return noise
 
 
 def test_the_band_solver_solves():
@@ -131,23 +144,34 @@ def test_mirrored_noise_gives_the_mirrored_worm():
     worm, rig = FilamentParameters(), FilamentRig(exit_width_mm=1.0)
     points = straight(worm) + np.array([10.4, 0.2])
     activity = np.zeros(STATE_SIZE)
-    activity[UNDULATION_RAD], activity[HEAD_BEND] = 0.4, 0.1
+    activity[[UNDULATION_RAD, HEAD_BEND, HEAD_AIM]] = 0.4, 0.1, 0.3
     noise = random_noise(2000, seed=7)
     path = moved(worm, points, 0.0, rig, activity=activity, noise=noise).points_mm
     activity[UNDULATION_RAD] += np.pi
-    activity[HEAD_BEND] *= -1.0
-    noise[:, 0] *= -1.0
+    activity[[HEAD_BEND, HEAD_AIM]] *= -1.0
+    noise[:, BEND_NOISE] *= -1.0
     other = moved(worm, points * [1, -1], 0.0, rig, activity=activity, noise=noise).points_mm
     assert other * [1, -1] == pytest.approx(path, abs=1e-6)
     assert np.abs(path[-1] - points).max() > 1.0
 
 
 def test_the_length_follows_the_peristaltic_stroke_and_nothing_else():
-    worm, rig = FilamentParameters(), FilamentRig(exit_width_mm=1.0)
+    worm = replace(FilamentParameters(), withdrawal_per_s=0.0)
+    rig = FilamentRig(exit_width_mm=1.0)
     path = moved(worm, straight(worm) + AT_EXIT, 0.0, rig, noise=random_noise(8000, 1)).points_mm
     t = STEP_S * np.arange(1, len(path) + 1)
     rest = worm.length_mm + 0.5 * worm.peristalsis_mm * np.sin(2 * np.pi * t / worm.peristalsis_s)
     assert np.abs(length_mm(path) / rest - 1.0).max() < 0.015
+
+
+def test_a_touch_may_shorten_the_front_of_the_body_and_nothing_lengthens_it():
+    worm, rig = FilamentParameters(), FilamentRig(exit_width_mm=1.0)
+    path = moved(worm, straight(worm) + AT_EXIT, 0.0, rig, noise=random_noise(8000, 1)).points_mm
+    longest = worm.length_mm + 0.5 * worm.peristalsis_mm
+    rear = worm.segments * 3 // 5
+    assert length_mm(path).max() < 1.01 * longest
+    assert length_mm(path).min() < worm.length_mm - 1.5 * worm.peristalsis_mm
+    assert np.abs(length_mm(path[:, rear:]) / (0.4 * worm.length_mm) - 1.0).max() < 0.04
 
 
 def test_no_point_of_the_body_is_nearer_to_a_wall_than_half_its_width():

@@ -60,7 +60,7 @@ def test_no_point_is_in_a_wall(trial):
 
 def test_the_head_moves_no_faster_than_a_worm_can(trial):
     speed = np.hypot(*np.diff(trial.midline_mm[:, 0], axis=0).T) * 10.0
-    assert speed.max() < 25.0
+    assert speed.max() < 50.0
 
 
 def test_every_parameter_has_a_unit_a_meaning_and_a_source():
@@ -77,7 +77,7 @@ def test_every_parameter_has_a_unit_a_meaning_and_a_source():
         {"segments": 2},
         {"drag_ratio": 0.0},
         {"peristalsis_mm": 20.0},
-        {"head_bend_s": float("nan")},
+        {"head_turn_s": float("nan")},
     ],
 )
 def test_numbers_that_make_no_sense_are_refused(wrong):

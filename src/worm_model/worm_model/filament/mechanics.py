@@ -28,7 +28,7 @@ class Elasticity(NamedTuple):
     step_s : float
         Time step.
     rest_mm : float
-        Length of a segment at rest.
+        Mean length of a segment: the drag is that of the material, however long it is stretched.
     drag_ratio : float
         ξ⊥/ξ∥.
     bending : float
@@ -86,14 +86,14 @@ def _add_drag(matrix: Floats, tangent: Floats, body: Elasticity) -> None:
 
 @compiled
 def _add_stretching(
-    matrix: Floats, force: Floats, points: Floats, rest: float, body: Elasticity
+    matrix: Floats, force: Floats, points: Floats, rest: Floats, body: Elasticity
 ) -> None:
-    k = body.stretching / rest
     for i in range(len(points) - 1):
+        k = body.stretching / rest[i]
         dx, dy = points[i, 0] - points[i + 1, 0], points[i, 1] - points[i + 1, 1]
         length = sqrt(dx * dx + dy * dy)
         tx, ty = dx / length, dy / length
-        pull = k * (length - rest)
+        pull = k * (length - rest[i])
         force[i, 0] -= pull * tx
         force[i, 1] -= pull * ty
         force[i + 1, 0] += pull * tx
@@ -111,14 +111,18 @@ def _add_bending(
     points: Floats,
     tangent: Floats,
     curvature: Floats,
-    rest: float,
+    rest: Floats,
     body: Elasticity,
 ) -> None:
-    """Add the energy B/2 Σ|x₋ − 2x + x₊ − κ rest² n|²/rest³; n is to the left of the tangent."""
-    k = body.bending / rest**3
+    """Add the energy B/2 Σ|x₋ − 2x + x₊ − κ rest² n|²/rest³; n is to the left of the tangent.
+
+    Neighbouring segments are of nearly the same length: else this would pull at the longer one.
+    """
     weight = (1.0, -2.0, 1.0)
     for i in range(1, len(points) - 1):
-        bow = curvature[i] * rest * rest
+        mean = 0.5 * (rest[i - 1] + rest[i])
+        k = body.bending / mean**3
+        bow = curvature[i] * mean * mean
         bx = points[i - 1, 0] - 2.0 * points[i, 0] + points[i + 1, 0] + bow * tangent[i, 1]
         by = points[i - 1, 1] - 2.0 * points[i, 1] + points[i + 1, 1] - bow * tangent[i, 0]
         for a in range(3):
@@ -232,8 +236,8 @@ def _moved(
 @compiled
 def step_body(
     points: Floats,
-    drive: Floats,
-    stretch: float,
+    drive: float,
+    rest: Floats,
     curvature: Floats,
     clearance: Floats,
     held: Mask,
@@ -246,10 +250,10 @@ def step_body(
     ----------
     points : ndarray, shape (n, 2)
         x, y, mm, head first.
-    drive : ndarray, shape (n,)
-        Propulsion towards the head at each point over ξ∥, mm/s.
-    stretch : float
-        Length at rest over its mean.
+    drive : float
+        Propulsion towards the head over ξ∥, mm/s.
+    rest : ndarray, shape (n - 1,)
+        Lengths of the segments at rest, mm.
     curvature : ndarray, shape (n,)
         Curvature at rest, 1/mm, positive where the body bends to the left of its way; that of the
         ends counts for nothing.
@@ -265,12 +269,11 @@ def step_body(
     n = len(points)
     base, force = np.zeros((2 * n, BAND)), np.zeros((n, 2))
     tangent, gap, normal = np.empty((n, 2)), np.empty((n, 2)), np.zeros((n, 2, 2))
-    rest = body.rest_mm * stretch
     point_tangents(points, tangent)
     for i in range(n):
         length = body.rest_mm * (0.5 if i in (0, n - 1) else 1.0)
-        force[i, 0] += length * drive[i] * tangent[i, 0]
-        force[i, 1] += length * drive[i] * tangent[i, 1]
+        force[i, 0] += length * drive * tangent[i, 0]
+        force[i, 1] += length * drive * tangent[i, 1]
     _add_drag(base, tangent, body)
     _add_stretching(base, force, points, rest, body)
     _add_bending(base, force, points, tangent, curvature, rest, body)

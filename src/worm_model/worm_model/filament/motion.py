@@ -10,7 +10,7 @@ from worm_model.filament.compiled import compiled_and_kept, sources_number
 from worm_model.filament.mechanics import Elasticity, step_body
 from worm_model.filament.parameters import FilamentParameters
 from worm_model.filament.rig import FilamentRig
-from worm_model.filament.strokes import Activity, act
+from worm_model.filament.strokes import DRAWN_UNTIL_S, TIME_S, Activity, act
 from worm_model.filament.walls import Walls, nearest_walls, push_out
 from worm_msgs_py import paper
 from worm_msgs_py.arrays import Floats, Mask
@@ -21,6 +21,8 @@ TIP_CLEARANCE_MM = 0.02
 """How near the tips come to a wall: less than a pixel."""
 SQUEEZED = 0.9
 """A body that is wider than the passage is squeezed to this part of it."""
+FRONT = 0.5
+"""Part of the body that shortens in a withdrawal, most of all at the head."""
 WALL_PER_S = 1e6
 """The walls' stiffness: under the push of the whole body (40 mm²/s) a point gives by 0.04 µm."""
 
@@ -33,7 +35,7 @@ class Course(NamedTuple):
     points_mm : ndarray, shape (steps, n, 2)
         The midline after each step.
     withdrawing : ndarray of bool, shape (steps,)
-        Whether the worm crawled backwards in it.
+        Whether the front of the body was drawn back in it.
     """
 
     points_mm: Floats
@@ -136,9 +138,13 @@ def _strokes(parameters: FilamentParameters, step_s: float) -> Activity:
         wave_mm=parameters.undulation_length_mm,
         head_mm=parameters.head_mm,
         head_bend=parameters.head_bend_per_mm,
-        head_bend_s=parameters.head_bend_s,
+        head_turns_per_s=parameters.head_turns_per_s,
+        lost_turns_per_s=parameters.lost_turns_per_s,
+        head_turn_s=parameters.head_turn_s,
         onset_per_s=parameters.withdrawal_per_s,
         withdrawal_s=parameters.withdrawal_s,
+        withdrawal_mm=parameters.withdrawal_mm,
+        front_mm=FRONT * parameters.length_mm,
         touch_mm=paper.CONTACT_DISTANCE_WIDTHS * parameters.width_mm,
     )
 
@@ -159,17 +165,15 @@ def _make_loop(sources: int) -> Callable[..., None]:
         if sources < 0:  # never: it ties the machine code that is kept to all of its sources
             return
         gap, normal = np.empty(2), np.empty((2, 2))
-        curvature, drive = np.zeros(len(points)), np.empty(len(points))
+        curvature, rest = np.zeros(len(points)), np.empty(len(points) - 1)
         for step in range(len(noise)):
             nearest_walls(points[0, 0], points[0, 1], walls, gap, normal)
-            speed, stretch = act(
-                activity, noise[step], min(gap[0], gap[1]), s_mm, strokes, curvature
-            )
-            drive[:] = speed
-            step_body(points, drive, stretch, curvature, clearance, held, walls, body)
+            head_gap = min(gap[0], gap[1])
+            act(activity, noise[step], head_gap, s_mm, strokes, curvature, rest)
+            step_body(points, strokes.speed, rest, curvature, clearance, held, walls, body)
             push_out(points, clearance, walls)
             course.points_mm[step] = points
-            course.withdrawing[step] = speed < 0.0
+            course.withdrawing[step] = activity[TIME_S] < activity[DRAWN_UNTIL_S]
 
     return compiled_and_kept(loop)
 

@@ -37,7 +37,7 @@ class FilamentParameters:
     )
     segments: int = _number(50, "1", "segments between points", "numerical", 8)
     crawl_speed_mm_s: float = _number(
-        paper.SPEED_MM_S, "mm/s", "speed of a straight free worm, v_w: propulsion over ξ∥", "paper"
+        1.25, "mm/s", "speed of a straight free worm: propulsion over ξ∥", FITTED
     )
     drag_ratio: float = _number(
         2.0, "1", "drag across over drag along the body, ξ⊥/ξ∥", "slender-body limit"
@@ -47,27 +47,40 @@ class FilamentParameters:
         8000.0, "mm²/s", "stretching stiffness EA/ξ∥", "numerical: gives by 0.5 % at most"
     )
     peristalsis_mm: float = _number(
-        1.0, "mm", "longest less shortest length, A_L", "paper: amplitude"
+        1.0, "mm", "longest less shortest length, A_L", "paper, read as the whole change"
     )
     peristalsis_s: float = _number(paper.PERISTALSIS_S, "s", "period T_L", "paper")
     undulation_mm: float = _number(
-        1.4, "mm", "amplitude A_T of the transverse wave of a free worm", "paper"
+        1.4,
+        "mm",
+        "amplitude A_T of a free worm's transverse wave",
+        "paper, read as half its height",
     )
     undulation_s: float = _number(paper.UNDULATION_S, "s", "period T_T", "paper")
     undulation_length_mm: float = _number(
-        24.0, "mm", "length of the wave", "v_w T_T: a wave that does not slip"
+        24.0, "mm", "length of the wave", "v_w T_T of the paper: a wave that does not slip"
     )
-    head_mm: float = _number(3.0, "mm", "length of the head that searches", FITTED)
+    head_mm: float = _number(3.0, "mm", "length of the head that bends to search", "assumed")
     head_bend_per_mm: float = _number(
-        0.15, "1/mm", "standard deviation of the head's curvature at rest", FITTED
+        0.38, "1/mm", "standard deviation of the head's curvature at rest", FITTED
     )
-    head_bend_s: float = _number(1.5, "s", "correlation time of that curvature", FITTED)
+    head_turns_per_s: float = _number(
+        0.6, "1/s", "rate at which the head takes another one while it touches a wall", FITTED
+    )
+    lost_turns_per_s: float = _number(
+        2.0, "1/s", "the same while it touches none: it searches", FITTED
+    )
+    head_turn_s: float = _number(0.15, "s", "time in which it bends there", "T_L/4")
     withdrawal_per_s: float = _number(
-        0.5, "1/s", "rate at which a head that touches is withdrawn", FITTED
+        0.5, "1/s", "rate at which a head that touches a wall is withdrawn", FITTED
     )
-    withdrawal_s: float = _number(
-        0.6, "s", "mean time that it crawls backwards for then", "one peristaltic stroke, T_L"
+    withdrawal_mm: float = _number(
+        4.5,
+        "mm",
+        "by how much its front half shortens then: mean of the exponential law, cut at 4 mm",
+        FITTED,
     )
+    withdrawal_s: float = _number(0.3, "s", "time for which it does", "T_L/2")
     self_contact: bool = field(
         default=True,
         metadata={
@@ -82,7 +95,7 @@ class FilamentParameters:
             value, low = getattr(self, item.name), item.metadata.get("low", -inf)
             if not (isfinite(value) and value >= low):
                 raise ValueError(f"{item.name} is {value}; it must be {low:g} or more")
-        for name in ("length_mm", "width_mm", "head_bend_s", "peristalsis_s", "undulation_s"):
+        for name in ("length_mm", "width_mm", "head_turn_s", "peristalsis_s", "undulation_s"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} must be above 0")
         if not (self.drag_ratio > 0.0 and self.undulation_length_mm > 0.0):

@@ -1,18 +1,22 @@
 """What the worm does of itself: both strokes, the search of its head, and withdrawals."""
 
-from math import exp, pi, sin, sqrt
+from math import exp, pi, sin
 from typing import NamedTuple
 
 from worm_model.filament.compiled import compiled
 from worm_msgs_py.arrays import Floats
 
-PERISTALSIS_RAD, UNDULATION_RAD, HEAD_BEND, WITHDRAWN_UNTIL_S, TIME_S = range(5)
+PERISTALSIS_RAD, UNDULATION_RAD, HEAD_BEND, HEAD_AIM = range(4)
+DRAWN_MM, DRAW_TO_MM, DRAWN_UNTIL_S, TIME_S = range(4, 8)
 """Places in the state of the activity: phases of the strokes at time 0, the curvature at rest that
-the head adds (1/mm), the end of the last withdrawal, the time."""
-STATE_SIZE = 5
-BEND_NOISE, ONSET_NOISE, LENGTH_NOISE = range(3)
-"""Places in the noise of a step: normal, uniform and exponential, of unit size."""
-NOISE_SIZE = 3
+the head adds (1/mm) and the one that it turns to, by how much the front is drawn back and by how
+much it will be, until when, and the time."""
+STATE_SIZE = 8
+BEND_NOISE, TURN_NOISE, ONSET_NOISE, LENGTH_NOISE = range(4)
+"""Places in the noise of a step: a normal, two uniform and an exponential one, of unit size."""
+NOISE_SIZE = 4
+MOST_OF_FRONT = 0.4
+"""A front does not shorten by more than this part of it."""
 
 
 class Activity(NamedTuple):
@@ -28,10 +32,14 @@ class Activity(NamedTuple):
         Amplitude of the length over the mean length, and period.
     wave, wave_s, wave_mm : float
         Amplitude of the curvature at rest, 1/mm, period and length of the wave.
-    head_mm, head_bend, head_bend_s : float
-        Length that the head bends, standard deviation of the curvature, correlation time.
-    onset_per_s, withdrawal_s : float
-        Rate at which a touch ends in a withdrawal, and the mean duration of one.
+    head_mm, head_bend : float
+        Length that the head bends, and the standard deviation of the curvature.
+    head_turns_per_s, lost_turns_per_s, head_turn_s : float
+        Rates at which it turns to another one, in touch with a wall and out of it, and the time
+        that it takes to.
+    onset_per_s, withdrawal_s, withdrawal_mm, front_mm : float
+        Rate at which a touch ends in a withdrawal, its duration, the mean length by which the front
+        of the body shortens then, and the length of that front.
     touch_mm : float
         Distance from the wall that is a touch.
     """
@@ -45,10 +53,37 @@ class Activity(NamedTuple):
     wave_mm: float
     head_mm: float
     head_bend: float
-    head_bend_s: float
+    head_turns_per_s: float
+    lost_turns_per_s: float
+    head_turn_s: float
     onset_per_s: float
     withdrawal_s: float
+    withdrawal_mm: float
+    front_mm: float
     touch_mm: float
+
+
+@compiled
+def _decide(state: Floats, noise: Floats, head_gap_mm: float, strokes: Activity) -> None:
+    """Let time pass: the head turns or is withdrawn where chance has it."""
+    state[TIME_S] += strokes.step_s
+    time = state[TIME_S]
+    lost = head_gap_mm >= strokes.touch_mm
+    turns_per_s = strokes.lost_turns_per_s if lost else strokes.head_turns_per_s
+    if noise[TURN_NOISE] < turns_per_s * strokes.step_s:
+        state[HEAD_AIM] = strokes.head_bend * noise[BEND_NOISE]
+    keep = exp(-strokes.step_s / strokes.head_turn_s)
+    state[HEAD_BEND] = state[HEAD_AIM] + keep * (state[HEAD_BEND] - state[HEAD_AIM])
+    ready = not lost and time >= state[DRAWN_UNTIL_S]
+    if ready and noise[ONSET_NOISE] < strokes.onset_per_s * strokes.step_s:
+        state[DRAWN_UNTIL_S] = time + strokes.withdrawal_s
+        most = MOST_OF_FRONT * strokes.front_mm
+        state[DRAW_TO_MM] = min(strokes.withdrawal_mm * noise[LENGTH_NOISE], most)
+        state[HEAD_AIM] = strokes.head_bend * noise[BEND_NOISE]
+    if time >= state[DRAWN_UNTIL_S]:
+        state[DRAW_TO_MM] = 0.0
+    keep = exp(-2.0 * strokes.step_s / strokes.withdrawal_s)
+    state[DRAWN_MM] = state[DRAW_TO_MM] + keep * (state[DRAWN_MM] - state[DRAW_TO_MM])
 
 
 @compiled
@@ -59,7 +94,8 @@ def act(
     s_mm: Floats,
     strokes: Activity,
     curvature: Floats,
-) -> tuple[float, float]:
+    rest: Floats,
+) -> None:
     """Move the activity on by a step.
 
     Parameters
@@ -76,22 +112,11 @@ def act(
         The strokes.
     curvature : ndarray, shape (n,)
         Filled with the curvature at rest, 1/mm.
-
-    Returns
-    -------
-    drive_mm_s : float
-        Propulsion towards the head.
-    stretch : float
-        Length at rest over its mean.
+    rest : ndarray, shape (n - 1,)
+        Filled with the lengths of the segments at rest, mm.
     """
-    state[TIME_S] += strokes.step_s
+    _decide(state, noise, head_gap_mm, strokes)
     time = state[TIME_S]
-    keep = exp(-strokes.step_s / strokes.head_bend_s)
-    state[HEAD_BEND] *= keep
-    state[HEAD_BEND] += strokes.head_bend * sqrt(1.0 - keep * keep) * noise[BEND_NOISE]
-    touching = head_gap_mm < strokes.touch_mm and time >= state[WITHDRAWN_UNTIL_S]
-    if touching and noise[ONSET_NOISE] < strokes.onset_per_s * strokes.step_s:
-        state[WITHDRAWN_UNTIL_S] = time + strokes.withdrawal_s * noise[LENGTH_NOISE]
     turn = 2.0 * pi
     for i in range(len(s_mm)):
         phase = turn * (time / strokes.wave_s - s_mm[i] / strokes.wave_mm)
@@ -99,4 +124,7 @@ def act(
         if s_mm[i] < strokes.head_mm:
             curvature[i] += state[HEAD_BEND]
     stretch = 1.0 + strokes.stretch * sin(turn * time / strokes.stretch_s + state[PERISTALSIS_RAD])
-    return (-strokes.speed if time < state[WITHDRAWN_UNTIL_S] else strokes.speed), stretch
+    for i in range(len(s_mm) - 1):
+        before_end = 1.0 - 0.5 * (s_mm[i] + s_mm[i + 1]) / strokes.front_mm
+        drawn = 2.0 * state[DRAWN_MM] / strokes.front_mm * max(before_end, 0.0)
+        rest[i] = (s_mm[i + 1] - s_mm[i]) * (stretch - drawn)

@@ -13,12 +13,14 @@ from worm_model.filament.parameters import FilamentParameters
 from worm_model.filament.rig import FilamentRig
 from worm_model.filament.strokes import (
     BEND_NOISE,
+    HEAD_AIM,
     HEAD_BEND,
     LENGTH_NOISE,
     NOISE_SIZE,
     ONSET_NOISE,
     PERISTALSIS_RAD,
     STATE_SIZE,
+    TURN_NOISE,
     UNDULATION_RAD,
 )
 from worm_msgs_py.arrays import Floats
@@ -45,7 +47,7 @@ class FilamentTrial:
         x, y, head tip first, in the frame of chamber A: origin at its centre, x towards the middle
         of its exit, y up; the centre of chamber B is at x = 2R + L.
     withdrawing : ndarray of bool, shape (n,)
-        Whether the worm crawls backwards.
+        Whether the front of the body is drawn back.
     rig : FilamentRig
         The rig.
     parameters : FilamentParameters
@@ -136,14 +138,15 @@ def _frames(
 
 def _seconds(parameters: FilamentParameters, rig: FilamentRig, seed: int) -> Iterator[Course]:
     """Yield the life of a worm by the second, from the second before time 0 on."""
-    begin, bend, onset, length = (
-        np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(4)
+    begin, bend, turn, onset, length = (
+        np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(5)
     )
     points_mm, activity = _start(parameters, rig, begin)
     motion = FilamentMotion(parameters, rig, points_mm, activity, 1.0 / STEPS_PER_S)
     for second in count(-SETTLE_S):
         noise = np.empty((STEPS_PER_S, NOISE_SIZE))
         noise[:, BEND_NOISE] = bend.standard_normal(STEPS_PER_S)
+        noise[:, TURN_NOISE] = turn.random(STEPS_PER_S)
         noise[:, ONSET_NOISE] = onset.random(STEPS_PER_S)
         noise[:, LENGTH_NOISE] = length.standard_exponential(STEPS_PER_S)
         course = motion.advance(noise)
@@ -156,7 +159,7 @@ def _start(
 ) -> tuple[Floats, Floats]:
     activity = np.zeros(STATE_SIZE)
     activity[[PERISTALSIS_RAD, UNDULATION_RAD]] = draw.uniform(0.0, 2.0 * pi, 2)
-    activity[HEAD_BEND] = parameters.head_bend_per_mm * draw.standard_normal()
+    activity[[HEAD_BEND, HEAD_AIM]] = parameters.head_bend_per_mm * draw.standard_normal()
     s_mm = np.linspace(0.0, parameters.length_mm, parameters.segments + 1)
     r_mm = START_RADIUS * rig.radius_mm - START_PITCH * s_mm
     way = draw.choice([-1.0, 1.0])
