@@ -10,10 +10,11 @@ and the reversals are held to. Nothing here is shared with `worm_analysis`.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from worm_msgs_py import BodyState, Chamber, Geometry, Keypoint, Status, Where
 
@@ -205,33 +206,8 @@ def film(
     worm: KnownWorm, seed: int, duration_s: float, rate_hz: float, camera: Camera | None = None
 ) -> Iterator[BodyState]:
     """Yield the states that a tracker gives of it; without a camera, one without error."""
-    states = _film(worm, seed, duration_s, rate_hz)
-    return states if camera is None else _filmed(states, camera, seed, rate_hz)
-
-
-def _filmed(
-    states: Iterator[BodyState], camera: Camera, seed: int, rate_hz: float
-) -> Iterator[BodyState]:
-    rng = np.random.default_rng((seed, 2))
-    kept = float(np.exp(-1 / rate_hz / camera.slow_s))
-    slow, lost_until = rng.normal(), -1.0
-    for state in states:
-        slow = kept * slow + np.sqrt(1 - kept**2) * rng.normal()
-        fast, gap, length = rng.normal(), rng.random(), rng.exponential()
-        time_s = state.stamp_ns / 1e9
-        if gap < camera.gaps_per_s / rate_hz and time_s > lost_until:
-            lost_until = time_s + camera.gap_s * length
-        if time_s <= lost_until:
-            yield replace(state, status=Status.NO_WORM, head=Keypoint(), head_certainty=0.0)
-            continue
-        head = complex(state.head.x_m, state.head.y_m)
-        noise = camera.wall_offset - camera.jitter * fast - camera.slow_jitter * slow
-        head *= (abs(head) - noise) / abs(head)
-        yield replace(state, head=replace(state.head, x_m=float(head.real), y_m=float(head.imag)))
-
-
-def _film(worm: KnownWorm, seed: int, duration_s: float, rate_hz: float) -> Iterator[BodyState]:
     rng = np.random.default_rng((seed, 1))
+    view = _View(camera or Camera(), seed, rate_hz)
     frame = 0
     length_noise = 5e-5
     for event in life(worm, seed, duration_s):
@@ -249,9 +225,36 @@ def _film(worm: KnownWorm, seed: int, duration_s: float, rate_hz: float) -> Iter
             columns = _through(event, t)
         else:
             columns = _in_and_out(worm, event, t, length)
-        for row in zip(t.tolist(), length.tolist(), *columns, strict=True):
+        chamber, passing, head, *rest = columns
+        head, lost = view.of(t, head)
+        rows = (column.tolist() for column in (t, length, chamber, passing, head, *rest, lost))
+        for row in zip(*rows, strict=True):
             yield _state(frame, *row)
             frame += 1
+
+
+class _View:
+    """What a camera makes of the head's way, event by event."""
+
+    def __init__(self, camera: Camera, seed: int, rate_hz: float):
+        self._camera, self._rate_hz = camera, rate_hz
+        self._rng = np.random.default_rng((seed, 2))
+        self._slow, self._lost_until = float(self._rng.normal()), -1.0
+
+    def of(self, t: Floats, head: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], Floats]:
+        """Return where the head is seen, and the frames that are lost."""
+        camera, rng, n = self._camera, self._rng, len(t)
+        kept = float(np.exp(-1 / self._rate_hz / camera.slow_s))
+        drive = np.sqrt(1 - kept**2) * rng.normal(size=n)
+        slow, _ = lfilter([1.0], [1.0, -kept], drive, zi=[kept * self._slow])
+        self._slow = float(slow[-1])
+        noise = camera.wall_offset - camera.jitter * rng.normal(size=n) - camera.slow_jitter * slow
+        lost = t <= self._lost_until
+        for k in np.flatnonzero(rng.random(n) < camera.gaps_per_s / self._rate_hz):
+            if t[k] > self._lost_until:
+                self._lost_until = float(t[k] + camera.gap_s * rng.exponential())
+                lost |= (t >= t[k]) & (t <= self._lost_until)
+        return head * (1 - noise / np.abs(head)), lost
 
 
 def depth_at(worm: KnownWorm, search: Search, t: Floats) -> Floats:
@@ -361,18 +364,17 @@ def _through(attempt, t):
     return chamber, np.ones(len(t), bool), head, centroid, np.zeros(len(t))
 
 
-def _state(frame, t, length, chamber, passing, head, centroid, yaw):
-    head, centroid = complex(head), complex(centroid)
+def _state(frame, t, length, chamber, passing, head, centroid, yaw, lost):
     return BodyState(
         frame=frame,
         stamp_ns=round(t * 1e9),
         frame_id=NAMES[chamber],
         where=Where.PASSAGE if passing else IN_CHAMBER[chamber],
-        status=Status.TRACKED,
+        status=Status.NO_WORM if lost else Status.TRACKED,
         geometry=1,
         confidence=1.0,
-        head_certainty=1.0,
-        head=Keypoint(0.0, 0.0, head.real, head.imag, float(yaw)),
+        head_certainty=0.0 if lost else 1.0,
+        head=Keypoint() if lost else Keypoint(0.0, 0.0, head.real, head.imag, yaw),
         centroid=Keypoint(0.0, 0.0, centroid.real, centroid.imag),
         tail=Keypoint(0.0, 0.0, 0.0, 0.0),
         length_m=length,
