@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from possible_values import impossible, impossible_in_tracks
 
 from worm_analysis.results import contacts, passages, tracks
 
@@ -61,6 +62,13 @@ def columns(path):
         for name in table.schema.names
         if not name.startswith("midline")
     }
+
+
+def test_nothing_impossible_is_told_of_the_examples(larva, wormtracer):
+    for directory in (larva, wormtracer):
+        summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+        assert impossible(summary) == []
+        assert impossible_in_tracks(columns(directory / "tracks.parquet")) == []
 
 
 def distance(table, truth, point, of=None):

@@ -10,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from escaping_worm import LEAN, L, R, Worm, escaping_worm, write_table
+from possible_values import impossible
 from walked_tracks import GEOMETRY, rough_track
 
 from worm_analysis.analysis import Analysis
@@ -48,6 +49,7 @@ def columns():
 
 def results(directory):
     summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+    assert impossible(summary) == []
     tables = {
         name: pq.read_table(directory / f"{name}.parquet").to_pydict()
         for name in ("tracks", "contacts", "passages")

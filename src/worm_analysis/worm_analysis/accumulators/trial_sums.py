@@ -82,6 +82,7 @@ def trial_sums(
     found["radius_noise"] = np.array([[n, n * law.noise_above_bins * threshold_m, n * threshold_m]])
     found |= passages.sums(max(sagitta(rig.radius_m, rig.exit_width_m), rig.pixel_m))
     found["pixel"] = np.array([[1.0, rig.pixel_m]])
+    found["chamber_radius"] = np.array([[1.0, rig.radius_m]])
     if rig.exit_width_m > 0:
         found |= passages.search_sums()
         found["n_s"] = np.array([[search.observed_s, skips[0]]])

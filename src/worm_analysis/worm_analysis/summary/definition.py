@@ -5,7 +5,11 @@ from dataclasses import dataclass
 from math import exp, inf, isfinite, nan
 
 from worm_analysis.summary.direction_persistence import NotEnoughData
-from worm_analysis.summary.estimates import noise_and_threshold_m, noise_in_thresholds
+from worm_analysis.summary.estimates import (
+    largest_radius_m,
+    noise_and_threshold_m,
+    noise_in_thresholds,
+)
 from worm_analysis.summary.sums import Sums
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Quantity
@@ -53,6 +57,8 @@ class Definition:
         From SI to the unit.
     bounds : (float, float)
         Values, in the unit, that the interval cannot go beyond.
+    within_radius : bool
+        Whether R is a bound, too.
     needs : str
         The setting that says how many items are needed at least; empty: none.
     undetermined, missing : str
@@ -73,6 +79,7 @@ class Definition:
     shown: Callable[[Floats], float] | None = None
     scale: float = 1.0
     bounds: tuple[float, float] = (-inf, inf)
+    within_radius: bool = False
     needs: str = "minimum_n"
     undetermined: str = UNDETERMINED
     missing: str = NO_CHAMBER
@@ -106,6 +113,8 @@ class Definition:
             return Quantity(self.name, None, n=shown, unit=self.unit, paper=paper, why=why)
         low, high = self._with_model_error(sums, low, high)
         least, most = self.bounds
+        if self.within_radius and sums.has("chamber_radius"):
+            most = min(most, self.scale * largest_radius_m(sums))
         return Quantity(
             self.name,
             value * self.scale,

@@ -350,6 +350,11 @@ def exponential_fit(name: str, bin_width: float) -> Estimator:
     return estimate
 
 
+def largest_radius_m(sums: Sums) -> float:
+    """Return R, the largest one of several trials."""
+    return max(float(t["chamber_radius"][0, 1]) for t in sums.trials if "chamber_radius" in t)
+
+
 def pixel_m(sums: Sums) -> float:
     """Return the size of a pixel, the mean one of several trials."""
     trials, size_m = sums.total("pixel")

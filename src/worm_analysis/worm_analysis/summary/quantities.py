@@ -94,7 +94,7 @@ def _length(name: str, html: str, plain: str, meaning: str, which: int, items: s
     return Definition(
         name, "mm", f"⟨{html}⟩", rf"$\langle {plain} \rangle$", meaning, name,
         by.length(name, which), items, _third if which < 2 else first, scale=MM_PER_M,
-        most_noise=NOISE_FOR_STATES,
+        within_radius=which == 2, most_noise=NOISE_FOR_STATES,
     )  # fmt: skip
 
 
@@ -102,7 +102,8 @@ def _plain_mean(name: str, html: str, plain: str, items: str) -> Definition:
     return Definition(
         f"{name}_mean", "mm", f"mean {html}", f"mean ${plain}$",
         "plain mean of those that were seen whole", f"{name}_mean", by.mean(f"{name}_mean"), items,
-        scale=MM_PER_M, bounds=(0.0, inf), most_noise=NOISE_FOR_STATES,
+        scale=MM_PER_M, bounds=(0.0, inf), within_radius=name == "delta_r_h",
+        most_noise=NOISE_FOR_STATES,
     )  # fmt: skip
 
 
@@ -246,7 +247,7 @@ MOTION = (
     Definition(
         "reversal_per_cycle", "1", "reversal", "reversals per cycle",
         "probability per slide and hop", "reversal_per_cycle", by.reversal_chance,
-        "pairs of cycles", most_noise=NOISE_FOR_STATES,
+        "pairs of cycles", bounds=(0.0, 1.0), most_noise=NOISE_FOR_STATES,
     ),
     _gap("bridged", "over which the direction is followed"),
     _gap("missing", "too long for the direction to be followed"),
