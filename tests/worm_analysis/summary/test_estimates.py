@@ -1,9 +1,13 @@
-"""Intervals allow for a worm that changes in the course of a trial."""
+"""Numbers of sums: the law of depths counts excursions, and intervals allow for a change."""
 
 import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
 from worm_analysis.summary.estimates import length as exponential_length
+from worm_analysis.summary.resolution import excursions_for_one_told
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.intervals import exponential_mean
 
@@ -29,3 +33,27 @@ def test_the_interval_of_a_mean_allows_for_a_worm_that_changes():
         narrow += low < 2e-3 < high
     assert hits >= 90
     assert narrow < hits
+
+
+@given(st.floats(0.0, 3e-4), st.floats(0.6, 1.4))
+def test_shallow_excursions_are_counted_by_the_deep_ones(beyond_m, told_for_one):
+    """However many of them noise hides or makes: the law of depths says how many there are."""
+    mean_m, n = 1.1e-3, 5000.0
+    deep = n * np.exp(-beyond_m / mean_m)
+    told = told_for_one * n
+    sums = {
+        "delta_r_h": np.array([[deep, deep * mean_m, told, 0.0]]),
+        "depth_limit": np.array([[1.0, beyond_m]]),
+        "d_nc": np.array([[told, 0.0, told, 0.0]]),
+    }
+    more = excursions_for_one_told(Sums([sums]))
+    assert more * told == pytest.approx(n, rel=1e-6)
+
+
+def test_a_few_deep_excursions_say_nothing_of_the_others():
+    sums = {
+        "delta_r_h": np.array([[9.0, 0.01, 15.0, 0.0]]),
+        "depth_limit": np.array([[1.0, 1e-4]]),
+        "d_nc": np.array([[15.0, 0.0, 15.0, 0.0]]),
+    }
+    assert excursions_for_one_told(Sums([sums])) == 1.0

@@ -5,6 +5,7 @@ from math import hypot, isfinite, nan
 
 import numpy as np
 
+from worm_analysis.accumulators.bins import LENGTH_BIN_M
 from worm_analysis.accumulators.body_size import BodySums
 from worm_analysis.accumulators.episode_sums import LengthSums
 from worm_analysis.accumulators.exclusions import Exclusions
@@ -12,6 +13,7 @@ from worm_analysis.accumulators.passage_sums import PassageSums
 from worm_analysis.accumulators.wall_search import WallSearch
 from worm_analysis.events.exit_region import sagitta
 from worm_analysis.parameters import AnalysisParameters
+from worm_analysis.statistics.censored_exponential import next_edge
 from worm_msgs_py import Geometry
 from worm_msgs_py.arrays import Floats
 
@@ -76,8 +78,11 @@ def trial_sums(
     found["search_bridged"] = np.array([[searched_s, gaps.bridged_s]])
     found["search_missing"] = np.array([[searched_s, gaps.missing_s]])
     law = search.contact.law
+    edge_m = law.edge * threshold_m
     deep_m = (law.touch + NOISE_IN_DEPTH_LIMIT * law.noise) * threshold_m
-    found |= search.episodes.sums(limit_m, max(rig.pixel_m, threshold_m, deep_m))
+    depth_limit_m = next_edge(max(rig.pixel_m, threshold_m, edge_m, deep_m), LENGTH_BIN_M)
+    found |= search.episodes.sums(limit_m, depth_limit_m)
+    found["depth_limit"] = np.array([[1.0, depth_limit_m - edge_m]])
     n = found["d_c"][:, 2].sum()
     found["radius_noise"] = np.array([[n, n * law.noise_above_bins * threshold_m, n * threshold_m]])
     found |= passages.sums(max(sagitta(rig.radius_m, rig.exit_width_m), rig.pixel_m))

@@ -7,6 +7,11 @@ from worm_msgs_py import Distribution
 from worm_msgs_py.arrays import Floats
 
 
+def next_edge(cutoff: float, bin_width: float) -> float:
+    """Return the edge of a bin at which what is above a cut-off begins."""
+    return float(np.ceil(cutoff / bin_width - 1e-9)) * bin_width
+
+
 class ExcessSums:
     """Lengths of episodes in fine bins, each with its count and its sum, complete and censored.
 

@@ -56,8 +56,9 @@ def per_true_cycle(observed: float, cycles: float) -> float:
     observed : float
         Fraction of observed cycles that go the other way than the one before.
     cycles : float
-        True cycles in an observed one, 1 or more: a slide or a hop between two frames is not seen,
-        and the cycles around it are taken for one. An even number of reversals in it goes unseen.
+        True cycles in an observed one: a slide or a hop between two frames is not seen, and the
+        cycles around it are taken for one. An even number of reversals in it goes unseen. Less
+        than 1 where noise makes one cycle two.
     """
     kept = max(0.0, 1 - 2 * observed)
-    return float((1 - kept ** (1 / max(1.0, cycles))) / 2) if kept > 0 else observed
+    return float((1 - kept ** (1 / cycles)) / 2) if kept > 0 else observed

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import exp, inf, isfinite, nan
 
 from worm_analysis.summary.direction_persistence import NotEnoughData
-from worm_analysis.summary.estimates import (
+from worm_analysis.summary.resolution import (
     largest_radius_m,
     noise_and_threshold_m,
     noise_in_thresholds,

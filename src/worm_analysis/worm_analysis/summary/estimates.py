@@ -18,11 +18,8 @@ from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
 from worm_analysis.statistics.goodness_of_fit import exponential_p, merged_bins
 from worm_analysis.statistics.penetration_law import Penetration, fit_penetration
 from worm_analysis.statistics.sample_correlation import pearson
-from worm_analysis.statistics.unseen_episodes import (
-    merged_excursion_factor,
-    per_true_cycle,
-    unmerged_means,
-)
+from worm_analysis.statistics.unseen_episodes import per_true_cycle
+from worm_analysis.summary.resolution import corrections, head_step_m, pixel_m
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.intervals import Interval, exponential_mean, fraction, poisson_rate
@@ -178,53 +175,6 @@ def length(name: str, which: int | None = None, rule: str = "") -> Estimator:
     return estimate
 
 
-def corrections(sums: Sums, rule: str = "") -> tuple[float, float, float]:
-    """Return what the means of d_c, d_nc and Δr_h are to be multiplied by; see `unmerged_means`."""
-    return sums.once(f"corrections{rule}", lambda: _corrections(sums, rule))
-
-
-def _corrections(sums: Sums, rule: str) -> tuple[float, float, float]:
-    (n_c, excess_c), (n_nc, excess_nc) = (
-        sums.total(f"{name}{rule}")[:2] for name in ("d_c", "d_nc")
-    )
-    step_m = head_step_m(sums, rule)
-    if not (n_c and n_nc and step_m > 0 and excess_c > 0 and excess_nc > 0):
-        return 1.0, 1.0, 1.0
-    seen = (excess_c / n_c, excess_nc / n_nc)
-    # A rule's are cut off on the left; the others are means of all, as frames tell them.
-    of_all = 0.0 if rule else step_m / 2
-    if min(seen) <= of_all:
-        return 1.0, 1.0, 1.0
-    true = unmerged_means(seen[0] - of_all, seen[1] - of_all, step_m)
-    return true[0] / seen[0], true[1] / seen[1], 1 / merged_excursion_factor(true[0], step_m)
-
-
-def head_step_m(sums: Sums, rule: str = "") -> float:
-    """Return the head's mean net advance along the wall from frame to frame; 0 before any."""
-    intervals, distance_m = sums.total(f"advance{rule}")
-    return float(distance_m / intervals) if intervals else 0.0
-
-
-def noise_and_threshold_m(sums: Sums) -> tuple[float, float]:
-    """Return the noise of the radius and the distance that counts as contact.
-
-    Of several trials those of the noisiest; NaN where no contact was seen.
-    """
-    return sums.once("noise and threshold", lambda: _noise_and_threshold_m(sums))
-
-
-def _noise_and_threshold_m(sums: Sums) -> tuple[float, float]:
-    trials = [trial["radius_noise"].sum(axis=0) for trial in sums.trials if "radius_noise" in trial]
-    seen = [(noise / n, threshold / n) for n, noise, threshold in trials if n > 0]
-    return max(seen, key=lambda pair: pair[0] / pair[1], default=(nan, nan))
-
-
-def noise_in_thresholds(sums: Sums) -> float:
-    """Return the same as a ratio; 0 where no contact was seen."""
-    noise_m, threshold_m = noise_and_threshold_m(sums)
-    return noise_m / threshold_m if threshold_m > 0 else 0.0
-
-
 def reversal_chance(sums: Sums) -> Interval:
     """Estimate the chance of a reversal per cycle of slide and hop, gaps bridged.
 
@@ -323,7 +273,7 @@ def _cycles_in_one(sums: Sums) -> float:
             return 1.0
         observed_m += whole_m / n
         true_m += scale * excess_m / n_above
-    return max(1.0, observed_m / true_m) if true_m > 0 else 1.0
+    return observed_m / true_m if true_m > 0 else 1.0
 
 
 def exponential_fit(name: str, bin_width: float) -> Estimator:
@@ -348,17 +298,6 @@ def exponential_fit(name: str, bin_width: float) -> Estimator:
         return p, nan, nan
 
     return estimate
-
-
-def largest_radius_m(sums: Sums) -> float:
-    """Return R, the largest one of several trials."""
-    return max(float(t["chamber_radius"][0, 1]) for t in sums.trials if "chamber_radius" in t)
-
-
-def pixel_m(sums: Sums) -> float:
-    """Return the size of a pixel, the mean one of several trials."""
-    trials, size_m = sums.total("pixel")
-    return float(size_m / trials)
 
 
 def penetration(counts: Floats) -> Penetration:

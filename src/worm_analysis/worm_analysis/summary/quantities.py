@@ -21,6 +21,7 @@ from worm_analysis.summary import direction_persistence as c_theta
 from worm_analysis.summary import estimates as by
 from worm_analysis.summary import peaks
 from worm_analysis.summary.definition import NO_CHAMBER, NO_EXIT, Definition, first
+from worm_analysis.summary.resolution import noise_and_threshold_m
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
@@ -183,7 +184,7 @@ EPISODES = (
     Definition(
         "radius_noise", "mm", "σ(<i>r</i><sub>h</sub>)", r"$\sigma(r_h)$",
         "noise of the head's radius, from its spread in contact", "radius_noise",
-        lambda sums: (by.noise_and_threshold_m(sums)[0], nan, nan), "complete contacts",
+        lambda sums: (noise_and_threshold_m(sums)[0], nan, nan), "complete contacts",
         scale=MM_PER_M,
     ),
     _fit("d_c", "<i>d</i><sub>c</sub>", "d_c", LENGTH_BIN_M, CONTACTS),

@@ -1,0 +1,84 @@
+"""What frames, pixels and noise hide in trials: how much, and by what means are off for it."""
+
+from math import exp, nan
+
+from worm_analysis.statistics.unseen_episodes import merged_excursion_factor, unmerged_means
+from worm_analysis.summary.sums import Sums
+
+
+def corrections(sums: Sums, rule: str = "") -> tuple[float, float, float]:
+    """Return what the means of d_c, d_nc and Δr_h are to be multiplied by; see `unmerged_means`."""
+    return sums.once(f"corrections{rule}", lambda: _corrections(sums, rule))
+
+
+def _corrections(sums: Sums, rule: str) -> tuple[float, float, float]:
+    (n_c, excess_c), (n_nc, excess_nc) = (
+        sums.total(f"{name}{rule}")[:2] for name in ("d_c", "d_nc")
+    )
+    step_m = head_step_m(sums, rule)
+    more = 1.0 if rule else excursions_for_one_told(sums)
+    if not (n_c and n_nc and step_m > 0 and excess_c > 0 and excess_nc > 0):
+        return 1.0, 1.0, 1.0
+    told = (excess_c / n_c, excess_nc / n_nc)
+    seen = (told[0] / more, told[1] / more)
+    # A rule's are cut off on the left; the others are means of all, as frames tell them.
+    of_all = 0.0 if rule else step_m / 2
+    if min(seen) <= of_all:
+        return 1.0, 1.0, 1.0
+    true = unmerged_means(seen[0] - of_all, seen[1] - of_all, step_m)
+    return true[0] / told[0], true[1] / told[1], 1 / merged_excursion_factor(true[0], step_m)
+
+
+def excursions_for_one_told(sums: Sums) -> float:
+    """Return how many excursions there are for one that is expected, by those noise cannot make.
+
+    Of the shallow ones noise hides some, and others that stay below the threshold are told for
+    excursions. How many there are follows from the deep ones, by the law of depths. 1 where these
+    are too few.
+    """
+    if not (sums.has("depth_limit") and sums.has("delta_r_h")):
+        return 1.0
+    deep, excess_m, told = sums.total("delta_r_h")[:3]
+    expected, _, complete, _ = sums.total("d_nc")
+    trials, beyond_m = sums.total("depth_limit")
+    if deep < sums.settings.minimum_n or not (excess_m > 0 and expected > 0):
+        return 1.0
+    above_threshold = deep * exp(beyond_m / trials * deep / excess_m)
+    return float(above_threshold / told * complete / expected)
+
+
+def head_step_m(sums: Sums, rule: str = "") -> float:
+    """Return the head's mean net advance along the wall from frame to frame; 0 before any."""
+    intervals, distance_m = sums.total(f"advance{rule}")
+    return float(distance_m / intervals) if intervals else 0.0
+
+
+def noise_and_threshold_m(sums: Sums) -> tuple[float, float]:
+    """Return the noise of the radius and the distance that counts as contact.
+
+    Of several trials those of the noisiest; NaN where no contact was seen.
+    """
+    return sums.once("noise and threshold", lambda: _noise_and_threshold_m(sums))
+
+
+def _noise_and_threshold_m(sums: Sums) -> tuple[float, float]:
+    trials = [trial["radius_noise"].sum(axis=0) for trial in sums.trials if "radius_noise" in trial]
+    seen = [(noise / n, threshold / n) for n, noise, threshold in trials if n > 0]
+    return max(seen, key=lambda pair: pair[0] / pair[1], default=(nan, nan))
+
+
+def noise_in_thresholds(sums: Sums) -> float:
+    """Return the same as a ratio; 0 where no contact was seen."""
+    noise_m, threshold_m = noise_and_threshold_m(sums)
+    return noise_m / threshold_m if threshold_m > 0 else 0.0
+
+
+def largest_radius_m(sums: Sums) -> float:
+    """Return R, the largest one of several trials."""
+    return max(float(t["chamber_radius"][0, 1]) for t in sums.trials if "chamber_radius" in t)
+
+
+def pixel_m(sums: Sums) -> float:
+    """Return the size of a pixel, the mean one of several trials."""
+    trials, size_m = sums.total("pixel")
+    return float(size_m / trials)

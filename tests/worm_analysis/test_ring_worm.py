@@ -1,0 +1,17 @@
+"""Contacts and hops of a worm that was made apart: hops of other shapes, under much noise."""
+
+import pytest
+from benchmarks.ring_worm import WORMS, Noise, trial
+
+MUCH = Noise(4e-5)
+
+
+@pytest.mark.parametrize(("hops", "close"), [("half sine", 0.05), ("long = deep", 0.03)])
+def test_hops_that_hide_in_the_noise_are_allowed_for(hops, close):
+    """Where long hops are deep, the short ones hide: d_c would be 4 % too long in these trials."""
+    trials = [trial(WORMS[hops], MUCH, 600.0, seed) for seed in range(4)]
+    for name in ("d_c", "d_nc", "delta_r_h"):
+        told = sum(one.told[name][0] for one in trials)
+        assert told == pytest.approx(sum(one.counted[name] for one in trials), rel=close), name
+        for one in trials:
+            assert one.told[name][1] < one.counted[name] < one.told[name][2]
