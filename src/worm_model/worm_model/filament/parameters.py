@@ -68,7 +68,7 @@ class FilamentParameters:
         0.6, "1/s", "rate at which the head takes another one while it touches a wall", FITTED
     )
     lost_turns_per_s: float = _number(
-        2.0, "1/s", "the same while it touches none: it searches", FITTED
+        1.5, "1/s", "the same while it touches none: it searches", FITTED
     )
     head_turn_s: float = _number(0.15, "s", "time in which it bends there", "T_L/4")
     withdrawal_per_s: float = _number(
@@ -77,7 +77,7 @@ class FilamentParameters:
     withdrawal_mm: float = _number(
         4.5,
         "mm",
-        "by how much its front half shortens then: mean of the exponential law, cut at 4 mm",
+        "by how much its front half shortens then: mean of the exponential law, cut at 4.5 mm",
         FITTED,
     )
     withdrawal_s: float = _number(0.3, "s", "time for which it does", "T_L/2")

@@ -15,7 +15,7 @@ STATE_SIZE = 8
 BEND_NOISE, TURN_NOISE, ONSET_NOISE, LENGTH_NOISE = range(4)
 """Places in the noise of a step: a normal, two uniform and an exponential one, of unit size."""
 NOISE_SIZE = 4
-MOST_OF_FRONT = 0.4
+MOST_OF_FRONT = 0.45
 """A front does not shorten by more than this part of it."""
 
 
