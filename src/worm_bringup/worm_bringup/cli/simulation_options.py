@@ -1,8 +1,8 @@
 """Options of simulated trials: the worm, and how it is filmed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -55,8 +55,13 @@ class WormOptions:
         0.4
     )
     speed_mm_s: Annotated[
-        float, number(FILM_SPEED, help="v_w, of a free worm.", rich_help_panel=_WORM)
-    ] = 2.02
+        float | None,
+        number(
+            FILM_SPEED,
+            help="Of a free worm, or of the walk along the wall; the model's own where not given.",
+            rich_help_panel=_WORM,
+        ),
+    ] = None
     slide_mm: Annotated[
         float | None, number(FILM_STEP, help="Mean d_c.", rich_help_panel=_BY_WALK)
     ] = None
@@ -78,21 +83,19 @@ class WormOptions:
 
     def filament(self) -> FilamentParameters:
         """Return the two-dimensional worm."""
-        return FilamentParameters(
-            length_mm=self.length_mm,
-            width_mm=self.body_width_mm,
-            crawl_speed_mm_s=self.speed_mm_s,
-        )
+        worm = FilamentParameters(length_mm=self.length_mm, width_mm=self.body_width_mm)
+        if self.speed_mm_s is None:
+            return worm
+        return replace(worm, crawl_speed_mm_s=self.speed_mm_s)
 
     def walker(self, seed: int) -> Walker:
         """Return the worm that walks along the wall."""
-        return Walker(
-            length_mm=self.length_mm,
-            width_mm=self.body_width_mm,
-            speed_mm_s=self.speed_mm_s,
-            seed=seed,
-            **{_WALKER[name]: value for name, value in self._walk_options().items()},
-        )
+        options = self._walk_options()
+        given: dict[str, Any] = {_WALKER[name]: value for name, value in options.items()}
+        if self.speed_mm_s is not None:
+            given["speed_mm_s"] = self.speed_mm_s
+        worm = Walker(length_mm=self.length_mm, width_mm=self.body_width_mm, seed=seed)
+        return replace(worm, **given)
 
     def _walk_options(self) -> dict[str, float]:
         given = {name: getattr(self, name) for name in _WALKER}
