@@ -48,11 +48,18 @@ Numbers = dict[str, Quantity]
 
 
 def trial(
-    seed: int, *, minutes: float, frames_per_s: float, px_per_mm: float
+    seed: int,
+    *,
+    minutes: float,
+    frames_per_s: float,
+    px_per_mm: float,
+    exit_width_mm: float | None = None,
 ) -> tuple[Numbers, Numbers]:
     """Return the numbers from a film, and from the true tracks of the same worm."""
     worm = FilamentParameters()
-    rig = FilamentRig(exit_width_mm=WIDTHS_MM[seed % len(WIDTHS_MM)])
+    if exit_width_mm is None:
+        exit_width_mm = WIDTHS_MM[seed % len(WIDTHS_MM)]
+    rig = FilamentRig(exit_width_mm=exit_width_mm)
     life = simulate(worm, rig, seed=seed, duration_s=60.0 * minutes, frames_per_s=frames_per_s)
     optics = Optics(noise=1.5, shot_noise=0.01, seed=seed)
     view = both_chambers(px_per_mm, rig.exit_width_mm, optics)
@@ -73,7 +80,7 @@ def _true(lines: np.ndarray, rig: FilamentRig, frames_per_s: float, width_mm: fl
         tracks, out = Path(folder) / "tracks.parquet", Path(folder) / "out"
         out.mkdir()
         pq.write_table(track_table(lines, frames_per_s, width_mm), tracks)
-        placed = TableRig(exit_width_mm=rig.exit_width_mm)
+        placed = TableRig(exit_width_mm=rig.exit_width_mm or nan)
         analyse_tracks(TrackTable(tracks), placed, AnalysisParameters(), out)
         return {item.name: item for item in read_results(out).quantities}
 

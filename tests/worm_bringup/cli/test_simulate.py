@@ -125,3 +125,9 @@ def test_what_does_not_go_together_is_refused_in_a_line(worm, tmp_path, words, w
     assert (status, len(said)) == (2, 1)
     assert why in said[0]
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_closed_chamber_has_tables_too(worm, tmp_path):
+    words = ("--minutes", 0.05, "--fps", 10, "--exit-width-mm", 0, "--tracks-only")
+    assert worm("--out", tmp_path / "closed", *words)[0] == 0
+    assert set(read_results(tmp_path / "closed").tracks["where"]) == {"chamber_a"}

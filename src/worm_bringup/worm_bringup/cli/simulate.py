@@ -4,6 +4,7 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
+from math import nan
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -157,7 +158,7 @@ def _write_tables(one: _Trial, place: Path, progress: Progress) -> None:
         tracks = Path(folder) / f"{place.name}.parquet"
         midlines = _counted(one.midlines(), progress, total)
         pq.write_table(track_table(midlines, one.fps, one.width_mm), tracks)
-        rig = TableRig(exit_width_mm=one.exit_width_mm)
+        rig = TableRig(exit_width_mm=one.exit_width_mm or nan)
         analyse_tracks(
             TrackTable(tracks), rig, AnalysisParameters(), partial, source=one.provenance()
         )
