@@ -190,9 +190,10 @@ def film(life: Life, noise: Noise, seed: int, duration_s: float) -> Iterator[Bod
 
 @dataclass
 class Trial:
-    """Value, low and high of what was told, and the truth of the trial."""
+    """Value, low and high of what was told, why the rest was not, and the truth of the trial."""
 
     told: dict[str, tuple[float, float, float]]
+    why: dict[str, str]
     counted: dict[str, float]
 
 
@@ -204,12 +205,14 @@ def trial(worm: RingWorm, noise: Noise, duration_s: float, seed: int) -> Trial:
     for state in film(life, noise, seed, duration_s):
         analysis.push(state)
     analysis.finish()
+    numbers = [item for item in analysis.summary() if item.name in NAMES]
     told = {
         item.name: (item.value, item.low or nan, item.high or nan)
-        for item in analysis.summary()
-        if item.name in NAMES and item.value is not None
+        for item in numbers
+        if item.value is not None
     }
-    return Trial(told, counted(life, duration_s, LOOKS_A_SECOND))
+    why = {item.name: item.why for item in numbers if item.value is None}
+    return Trial(told, why, counted(life, duration_s, LOOKS_A_SECOND))
 
 
 def cell(trials: list[Trial], name: str, true: float) -> str:

@@ -6,6 +6,7 @@ from math import exp, inf, isfinite, nan
 
 from worm_analysis.summary.direction_persistence import NotEnoughData
 from worm_analysis.summary.resolution import (
+    hidden_part,
     largest_radius_m,
     noise_and_threshold_m,
     noise_in_thresholds,
@@ -65,6 +66,8 @@ class Definition:
         Why there is no value where the estimate is NaN, and where the sums are missing.
     most_noise : float
         Noise of the radius, in thresholds of contact, beyond which the number is refused.
+    most_hidden : float
+        How many excursions may hide in noise and pixels: `hidden_part`.
     """
 
     name: str
@@ -84,6 +87,7 @@ class Definition:
     undetermined: str = UNDETERMINED
     missing: str = NO_CHAMBER
     most_noise: float = inf
+    most_hidden: float = inf
 
     def of(self, sums: Sums) -> Quantity:
         """Return the number with its interval and n, or why there is none."""
@@ -102,6 +106,11 @@ class Definition:
             why = _too_noisy(sums, self.most_noise)
         elif n < needed:
             why = not_enough(n, self.items, needed)
+        elif self.most_hidden < inf and hidden_part(sums) > self.most_hidden:
+            why = (
+                f"noise and pixels hide about {100 * hidden_part(sums):.0f} % of the excursions, "
+                f"more than {100 * self.most_hidden:.0f} %: they are too shallow to be counted"
+            )
         else:
             try:
                 estimate = self.estimate(sums)

@@ -29,6 +29,18 @@ def _corrections(sums: Sums, rule: str) -> tuple[float, float, float]:
     return true[0] / told[0], true[1] / told[1], 1 / merged_excursion_factor(true[0], step_m)
 
 
+def hidden_part(sums: Sums) -> float:
+    """Return how far the excursions that noise and pixels hide reach, in means of their depth.
+
+    Nearly the part of the excursions that is hidden, where that is small; 0 before any is seen.
+    """
+    if not (sums.has("depth_limit") and sums.has("delta_r_h")):
+        return 0.0
+    deep, excess_m = sums.total("delta_r_h")[:2]
+    trials, beyond_m = sums.total("depth_limit")
+    return float(beyond_m / trials * deep / excess_m) if excess_m > 0 else 0.0
+
+
 def excursions_for_one_told(sums: Sums) -> float:
     """Return how many excursions there are for one that is expected, by those noise cannot make.
 
@@ -36,14 +48,13 @@ def excursions_for_one_told(sums: Sums) -> float:
     excursions. How many there are follows from the deep ones, by the law of depths. 1 where these
     are too few.
     """
-    if not (sums.has("depth_limit") and sums.has("delta_r_h")):
+    if not sums.has("delta_r_h"):
         return 1.0
     deep, excess_m, told = sums.total("delta_r_h")[:3]
     expected, _, complete, _ = sums.total("d_nc")
-    trials, beyond_m = sums.total("depth_limit")
     if deep < sums.settings.minimum_n or not (excess_m > 0 and expected > 0):
         return 1.0
-    above_threshold = deep * exp(beyond_m / trials * deep / excess_m)
+    above_threshold = deep * exp(hidden_part(sums))
     return float(above_threshold / told * complete / expected)
 
 
