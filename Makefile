@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-OUT ?= out/larva
+OUT ?= out
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test lint format bench bags lock clean
@@ -19,8 +19,9 @@ $(READY): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
 
-demo: $(READY) ## replay the example bag and write its report
-	@$(BIN)/worm replay bags/larva --out $(OUT)
+demo: $(READY) ## replay the example trial, pool it with ten others, and write both reports
+	@$(BIN)/worm replay bags/trial --out $(OUT)/trial
+	@$(BIN)/worm report $(OUT)/trial bags/pool/trial_* --out $(OUT)/pooled
 
 test: $(READY) ## all tests; TESTS="tests/worm_analysis" runs some
 	@$(BIN)/python -m pytest -n auto --dist loadgroup $(TESTS)

@@ -7,8 +7,10 @@ README.md beside this file says what the bags are and why they were made so.
 import argparse
 import gzip
 import shutil
+import subprocess
+import sys
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -39,8 +41,22 @@ LARVA_RIG = Rig(
 )
 
 
+TRIAL = (
+    "--minutes", "3", "--fps", "10", "--exit-width-mm", "2", "--seed", "9",
+    "--px-per-mm", "16", "--noise", "0.7", "--blur-px", "0.9", "--gradient-percent", "6", "-4",
+    "--jpeg-quality", "75",
+)  # fmt: skip
+"""Options of `worm simulate`: three minutes of the two-dimensional worm in both chambers."""
+POOL = (
+    "--trials", "10", "--tracks-only", "--minutes", "3.85", "--fps", "14", "--seed", "300",
+    "--exit-width-mm", "0.5", "--exit-width-mm", "1", "--exit-width-mm", "2",
+    "--exit-width-mm", "3", "--exit-width-mm", "5",
+)  # fmt: skip
+"""Ten trials of it without pictures, two of each width."""
+
+
 def main() -> None:
-    """Build both bags into a folder, replacing what is there."""
+    """Build the bags into a folder, replacing what is there."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=HERE, help="folder for the bags")
     parser.add_argument(
@@ -92,12 +108,20 @@ def main() -> None:
     new.mkdir(parents=True)
     build_wormtracer(new / "wormtracer", video)
     build_larva(new / "larva")
+    simulate(new / "trial", TRIAL)
     for made in sorted(new.iterdir()):  # the old bags are kept until the new ones are whole
         old = options.out / made.name
         if old.is_dir():
             shutil.rmtree(old)
         made.replace(old)
     new.rmdir()
+    simulate(options.out / "pool", POOL)  # replaces earlier results of its own alone
+
+
+def simulate(out: Path, words: Sequence[str]) -> None:
+    """Run `worm simulate`."""
+    worm = Path(sys.executable).with_name("worm")
+    subprocess.run([worm, "simulate", "--out", out, *words], check=True)
 
 
 # The wormtracer bag: a real video, its JPEG frames byte for byte.

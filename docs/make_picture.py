@@ -13,13 +13,17 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from worm_analysis.analysis import Analysis
-from worm_model.simulator.rig import Rig
-from worm_model.simulator.worm import Walker, simulate_film
+from worm_model.filament.parameters import FilamentParameters
+from worm_model.filament.rig import FilamentRig
+from worm_model.filament.trial import frames as midlines
+from worm_model.simulator.filming import Filming, film
+from worm_model.simulator.rig import Optics
+from worm_model.simulator.rig.views import one_chamber
 from worm_msgs_py import Observables, TrackedFrame
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
-SECONDS, FPS, SHOWN = 45.0, 20.0, 620
+SEED, SECONDS, FPS, SHOWN = 13, 45.0, 20.0, 620
 HEAD, CENTROID, TAIL, INK = "#0072B2", "#D55E00", "#009E73", "#222222"
 
 
@@ -28,9 +32,11 @@ def main() -> None:
     tracker, analysis = Tracker(TrackerParameters()), Analysis()
     frames: list[TrackedFrame] = []
     pictures = {}
-    film = simulate_film(Rig(exit_rad=0.35), Walker(seed=5, reversal_per_cycle=0.03), SECONDS, FPS)
-    for number, shot in enumerate(film):
-        frames += tracker.push(shot.picture, shot.stamp_ns)
+    worm = FilamentParameters()
+    life = midlines(worm, FilamentRig(), seed=SEED, duration_s=SECONDS, frames_per_s=FPS)
+    filming = Filming(frames_per_s=FPS, body_width_mm=worm.width_mm)
+    for number, shot in enumerate(film(life, one_chamber(40.0, 2.0, Optics()), filming)):
+        frames += tracker.push(np.asarray(shot.picture, np.uint8), shot.stamp_ns)
         if number == SHOWN:
             pictures[number] = shot.picture
     frames += tracker.finish()

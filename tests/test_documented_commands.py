@@ -29,7 +29,7 @@ PAGES = [
 WORM = typer.main.get_command(app)
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 NOT_RUN = {
-    "make demo": "sets up an environment, then replays all of bags/larva: test_main_job.py does",
+    "make demo": "sets up an environment, then replays all of bags/trial and pools: a minute",
     "make test": "runs this test",
     "source .venv/bin/activate": "tests run in an environment that is active",
     "worm live --camera /dev/video0 --out out/today --record out/today-bag-2": "needs a camera",

@@ -3,6 +3,7 @@
 import importlib.util
 import sys
 import zipfile
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -12,7 +13,18 @@ import pyarrow.parquet as pq
 import pytest
 from rosbags.rosbag2 import Reader
 
+from worm_analysis.parameters import AnalysisParameters
+from worm_analysis.report.figures.trajectories import _rows_in
+from worm_analysis.results import read_results
+from worm_bringup.tracks.track_analysis import analyse_tracks
+from worm_bringup.tracks.track_rig import rig_of_summary
+from worm_bringup.tracks.track_table import TrackTable
+from worm_model.filament.parameters import FilamentParameters
+from worm_model.filament.rig import FilamentRig
+from worm_model.filament.trial import simulate
 from worm_model.simulator.film import encode
+from worm_model.simulator.rig import Optics
+from worm_model.simulator.rig.views import both_chambers
 
 BAGS = Path(__file__).parents[2] / "bags"
 
@@ -107,3 +119,74 @@ def test_wormtracer_has_1500_frames_at_66_hz_and_a_mask_for_each(build):
     inside = mask == mask[mask.shape[0] // 2 :].max()
     rarer = inside if inside.mean() < 0.5 else ~inside
     assert picture[rarer].mean() > 1.5 * picture[~rarer].mean()
+
+
+def truth_of_trial():
+    return pq.read_table(BAGS / "trial_truth.parquet").to_pydict()
+
+
+def test_the_trial_is_simulated_again_with_the_same_worm(build):
+    """Only its first second: the rest follows from it."""
+    words = dict(zip(build.TRIAL[::2], build.TRIAL[1::2], strict=False))
+    again = simulate(
+        FilamentParameters(),
+        FilamentRig(exit_width_mm=float(words["--exit-width-mm"])),
+        seed=int(words["--seed"]),
+        duration_s=1.0,
+        frames_per_s=float(words["--fps"]),
+    )
+    truth = truth_of_trial()
+    head = np.stack([truth["head_x_mm"][:10], truth["head_y_mm"][:10]], axis=1)
+    np.testing.assert_allclose(again.midline_mm[:, 0], head, atol=1e-6)
+
+
+def test_the_trial_has_contacts_in_both_chambers_failed_attempts_and_an_escape():
+    truth = truth_of_trial()
+    assert stamps(BAGS / "trial") == truth["stamp_ns"]
+    where = np.array(truth["where"])
+    touches = np.array([contact is True for contact in truth["contact"]])
+    for chamber in ("chamber_a", "chamber_b"):
+        assert (touches & (where == chamber)).sum() > 50
+    changes = where[np.r_[True, where[1:] != where[:-1]]].tolist()
+    ways = list(zip(changes, changes[1:], changes[2:], strict=False))
+    assert ("chamber_a", "passage", "chamber_b") in ways  # an escape
+    assert any(a == c and b == "passage" for a, b, c in ways)  # an attempt that failed
+    size = sum(path.stat().st_size for path in (BAGS / "trial").iterdir())
+    assert size < 20e6
+
+
+def test_the_pool_has_ten_trials_over_the_widths_and_was_analysed_by_this_software():
+    trials = [read_results(path) for path in sorted((BAGS / "pool").iterdir())]
+    widths = [1e3 * trial.chambers[0].exit_width_m for trial in trials]
+    assert widths == pytest.approx([0.5, 1.0, 2.0, 3.0, 5.0] * 2)
+    size = sum(path.stat().st_size for path in (BAGS / "pool").rglob("*") if path.is_file())
+    assert size < 5e6
+
+
+def test_a_trial_of_the_pool_is_analysed_again_with_the_same_numbers(tmp_path):
+    kept = BAGS / "pool" / "trial_03"
+    results = read_results(kept)
+    table = TrackTable(kept / "tracks.parquet")
+    tmp_path.joinpath("again").mkdir()
+    rig = rig_of_summary(kept / "summary.json")
+    analyse_tracks(table, rig, AnalysisParameters(), tmp_path / "again")
+    again = read_results(tmp_path / "again")
+    for quantity in results.quantities:
+        assert again.quantity(quantity.name).value == pytest.approx(quantity.value, nan_ok=True)
+
+
+def test_a_frame_in_the_middle_of_the_passage_is_drawn_in_its_own_chambers_frame():
+    """There the millimetres of both frames are nearly the same."""
+    kept = read_results(BAGS / "pool" / "trial_01")
+    rig = both_chambers(20.0, 1.0, Optics()).chambers
+    own = [_rows_in(kept, chamber) for chamber in kept.chambers]
+    pixels = np.full((2, len(kept.t_s)), np.nan)
+    for chamber, rows in zip(rig, own, strict=True):
+        x_m, y_m = (1e-3 * kept.tracks[f"head_{axis}_mm"][rows] for axis in "xy")
+        pixels[:, rows] = chamber.to_pixels(x_m, y_m)
+    tracks = {**kept.tracks, "head_u_px": pixels[0], "head_v_px": pixels[1]}
+    seen = replace(kept, chambers=rig, tracks=tracks)
+    middle = np.abs(kept.tracks["head_x_mm"] - 27.5) < 0.4
+    assert middle.sum() > 5
+    for chamber, rows in zip(rig, own, strict=True):
+        np.testing.assert_array_equal(_rows_in(seen, chamber), rows)

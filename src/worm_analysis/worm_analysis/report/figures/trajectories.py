@@ -15,6 +15,7 @@ from worm_analysis.results import Results
 from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.wording import not_enough
 from worm_msgs_py import Chamber, Where
+from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.body import KEYPOINTS
 
 PASSAGE_SHOWN_MM = 3.0
@@ -82,11 +83,22 @@ def _rows_in(results: Results, chamber: Chamber) -> Indices:
     tracks = results.tracks
     here = tracks["where"] == chamber.name
     seen = np.isin(tracks["where"], [member.name for member in results.chambers])
-    x_m, y_m = chamber.to_metres(tracks["head_u_px"], tracks["head_v_px"])
-    off_mm = np.hypot(1e3 * x_m - tracks["head_x_mm"], 1e3 * y_m - tracks["head_y_mm"])
-    in_its_frame = np.where(np.isfinite(off_mm), off_mm < SAME_FRAME_MM, _last_known(here, seen))
+    off_mm = _off_frame_mm(results, chamber)
+    others = [_off_frame_mm(results, other) for other in results.chambers if other is not chamber]
+    # In the middle of the passage both frames have nearly the same numbers.
+    nearest = np.all([off_mm < other for other in others], axis=0)
+    told = (off_mm < SAME_FRAME_MM) & nearest
+    in_its_frame = np.where(np.isfinite(off_mm), told, _last_known(here, seen))
     beyond = (tracks["where"] == Where.PASSAGE.label) & in_its_frame
     return np.flatnonzero((here | beyond) & np.isfinite(tracks["head_x_mm"]))
+
+
+def _off_frame_mm(results: Results, chamber: Chamber) -> Floats:
+    """Return how far a head's pixels are from its millimetres, if these are in this frame."""
+    tracks = results.tracks
+    x_m, y_m = chamber.to_metres(tracks["head_u_px"], tracks["head_v_px"])
+    off_mm = np.hypot(1e3 * x_m - tracks["head_x_mm"], 1e3 * y_m - tracks["head_y_mm"])
+    return np.asarray(off_mm, dtype=np.float64)
 
 
 def _last_known(here: Any, seen: Any) -> Any:
