@@ -42,10 +42,17 @@ def test_a_replay_without_one_pose_keeps_its_results_and_says_why(tmp_path, more
 
 
 def test_poses_of_what_is_no_worm_are_told_with_status_0(tmp_path):
-    done, summary, report = replay(tmp_path, films.bright_on_dark)
+    done, summary, report = replay(tmp_path, films.in_an_open_well)
     assert done.exit_code == 0
     for told in (done.stdout, summary["what_to_try"], report.partition("<nav")[0]):
-        assert "--polarity bright" in " ".join(told.split())
+        assert "leave out --no-chamber" in " ".join(told.split())
+
+
+def test_a_bright_worm_taken_for_a_dark_one_has_no_pose_and_the_polarity_is_named(tmp_path):
+    done, summary, _ = replay(tmp_path, films.bright_on_dark)
+    assert isinstance(done.exception, WithoutPose)
+    assert "--polarity bright" in str(done.exception)
+    assert "--polarity bright" in summary["what_to_try"]
 
 
 def test_a_replay_with_poses_is_told_nothing(tmp_path):

@@ -40,6 +40,7 @@ def test_a_figure_that_is_not_drawn_any_more_leaves_no_file(whole, tmp_path):
     def drop(summary):
         summary["correlation"] = None
 
+    report_of(whole)
     directory = changed_summary(whole, tmp_path / "less", drop)
     assert (directory / "figures" / "fig-7a.pdf").exists()
     (directory / "figures" / "mine.txt").write_text("not ours")
