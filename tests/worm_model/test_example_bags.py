@@ -1,6 +1,7 @@
 """The example bags are what `bags/build.py` makes, byte for byte, and what their README says."""
 
 import importlib.util
+import re
 import sys
 import zipfile
 from dataclasses import replace
@@ -12,10 +13,12 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from rosbags.rosbag2 import Reader
+from typer.testing import CliRunner
 
 from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.report.figures.trajectories import _rows_in
 from worm_analysis.results import read_results
+from worm_bringup.cli.app import app
 from worm_bringup.tracks.track_analysis import analyse_tracks
 from worm_bringup.tracks.track_rig import rig_of_summary
 from worm_bringup.tracks.track_table import TrackTable
@@ -158,9 +161,19 @@ def test_the_trial_has_contacts_in_both_chambers_failed_attempts_and_an_escape()
 def test_the_pool_has_ten_trials_over_the_widths_and_was_analysed_by_this_software():
     trials = [read_results(path) for path in sorted((BAGS / "pool").iterdir())]
     widths = [1e3 * trial.chambers[0].exit_width_m for trial in trials]
-    assert widths == pytest.approx([0.5, 1.0, 2.0, 3.0, 5.0] * 2)
+    assert widths == pytest.approx([1.0, 3.0, 1.0, 5.0, 1.0, 3.0, 1.0, 5.0, 1.0, 3.0])
     size = sum(path.stat().st_size for path in (BAGS / "pool").rglob("*") if path.is_file())
     assert size < 5e6
+
+
+def test_the_pool_has_data_for_every_figure(tmp_path):
+    trials = [str(path) for path in sorted((BAGS / "pool").iterdir())]
+    done = CliRunner().invoke(app, ["report", *trials, "--out", str(tmp_path / "pooled")])
+    assert done.exit_code == 0, done.output
+    page = (tmp_path / "pooled" / "report.html").read_text()
+    drawn = re.findall(r'<figure id="([^"]+)"(?: class="([^"]*)")?>', page)
+    assert len(drawn) > 10
+    assert [name for name, kind in drawn if kind == "none"] == []
 
 
 def test_a_trial_of_the_pool_is_analysed_again_with_the_same_numbers(tmp_path):
@@ -178,7 +191,7 @@ def test_a_trial_of_the_pool_is_analysed_again_with_the_same_numbers(tmp_path):
 def test_a_frame_in_the_middle_of_the_passage_is_drawn_in_its_own_chambers_frame():
     """There the millimetres of both frames are nearly the same."""
     kept = read_results(BAGS / "pool" / "trial_01")
-    rig = both_chambers(20.0, 1.0, Optics()).chambers
+    rig = both_chambers(20.0, 3.0, Optics()).chambers
     own = [_rows_in(kept, chamber) for chamber in kept.chambers]
     pixels = np.full((2, len(kept.t_s)), np.nan)
     for chamber, rows in zip(rig, own, strict=True):
