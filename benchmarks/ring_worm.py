@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from benchmarks.contact_noise import cell
 from worm_analysis.analysis import Analysis
 from worm_msgs_py import BodyState, Chamber, Geometry, Keypoint, Status, Where
 
@@ -213,21 +214,6 @@ def trial(worm: RingWorm, noise: Noise, duration_s: float, seed: int) -> Trial:
     }
     why = {item.name: item.why for item in numbers if item.value is None}
     return Trial(told, why, counted(life, duration_s, LOOKS_A_SECOND))
-
-
-def cell(trials: list[Trial], name: str, true: float) -> str:
-    """Return bias, its error, coverage and how often the number was refused."""
-    given = [item for item in trials if name in item.told]
-    if not given:
-        return "refused"
-    value, low, high = np.array([item.told[name] for item in given]).T
-    own = np.array([item.counted[name] for item in given])
-    bias = 100 * (value.sum() / own.sum() - 1)
-    error = 100 * np.std(value - own, ddof=1) / np.sqrt(len(given)) / own.mean()
-    held = 100 * np.mean(~((true < low) | (true > high)))
-    refused = len(trials) - len(given)
-    words = f"{bias:+.1f} ± {error:.1f} %, {held:.0f} %"
-    return f"{words}, {refused} refused" if refused else words
 
 
 def main() -> None:

@@ -116,6 +116,11 @@ def test_a_deep_film_is_read_back_as_16_bits(worm, tmp_path):
     ("words", "why"),
     [
         (["--slide-mm", 2], "--slide-mm is the walk's"),
+        (["--length-mm", 1], "length_mm = 1"),
+        (["--length-mm", 2.5], "length_mm is 2.5; it must be at least head_mm = 3"),
+        (["--body-width-mm", 5, "--length-mm", 10], "4 times width_mm = 5"),
+        (["--body-width-mm", 5, "--exit-width-mm", 1], "--exit-width-mm is 1: a body 5 mm wide"),
+        (["--exposure-ms", 50], "--exposure-ms is 50, longer than a frame: give 33"),
         (["--bits", 12], "--bits is 12: give 8 or 16"),
         (["--exit-width-mm", 1, "--exit-width-mm", 2], "give --trials, too"),
     ],

@@ -5,6 +5,8 @@ from math import inf
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from worm_model.filament.compiled import compiled_and_kept, sources_number
 from worm_model.filament.parameters import FilamentParameters, parameter_table
@@ -102,3 +104,36 @@ def test_the_machine_code_is_tied_to_all_of_its_sources(tmp_path, monkeypatch):
     before = sources_number()
     (tmp_path / "a.py").write_text("A = 2")
     assert sources_number() != before
+
+
+@pytest.mark.parametrize(
+    "numbers", [{"length_mm": 1.2}, {"length_mm": 2.0}, {"length_mm": 10.0, "width_mm": 3.0}]
+)
+def test_a_body_that_is_no_slender_line_is_refused(numbers):
+    with pytest.raises(ValueError, match="length_mm is"):
+        FilamentParameters(**numbers)
+
+
+def test_a_body_does_not_pass_an_exit_of_less_than_half_its_width():
+    with pytest.raises(ValueError, match=r"exit_width_mm is 0\.2"):
+        simulate(
+            FilamentParameters(width_mm=0.5),
+            FilamentRig(exit_width_mm=0.2),
+            seed=0,
+            duration_s=1.0,
+            frames_per_s=10.0,
+        )
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.floats(3.0, 60.0), st.floats(0.05, 0.25), st.floats(0.3, 10.0), st.integers(0, 99))
+def test_a_worm_of_any_allowed_shape_stays_finite_and_in_the_water(length, slender, speed, seed):
+    width = slender * length
+    rig = FilamentRig(exit_width_mm=min(max(2.0, width), 12.0))
+    worm = FilamentParameters(length_mm=length, width_mm=min(width, 5.0), crawl_speed_mm_s=speed)
+    trial = simulate(worm, rig, seed=seed, duration_s=5.0, frames_per_s=10.0)
+    x, y = np.moveaxis(trial.midline_mm, -1, 0)
+    in_passage = (np.abs(y) <= 0.5 * rig.exit_width_mm + 0.02) & (x > 0) & (x < rig.far_centre_mm)
+    in_chamber = np.minimum(np.hypot(x, y), np.hypot(x - rig.far_centre_mm, y)) <= 10.02
+    assert np.isfinite(trial.midline_mm).all()
+    assert (in_chamber | in_passage).all()

@@ -141,3 +141,8 @@ def test_the_wall_hides_what_lies_behind_it():
     shown = empty().astype(int) - one(line).picture
     u, v = RIG.chambers[0].to_pixels(-11e-3, 0.0)
     assert shown[round(v), round(u)] == 0
+
+
+def test_a_shutter_that_is_open_for_longer_than_a_frame_is_refused():
+    with pytest.raises(ValueError, match="longer than a frame"):
+        Filming(frames_per_s=30.0, exposure_s=0.05)

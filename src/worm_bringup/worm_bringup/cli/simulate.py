@@ -23,9 +23,10 @@ from worm_bringup.tracks.simulated_tracks import track_table
 from worm_bringup.tracks.track_analysis import analyse_tracks
 from worm_bringup.tracks.track_rig import TableRig
 from worm_bringup.tracks.track_table import TrackTable
+from worm_model.filament.parameters import NARROWEST
 from worm_model.filament.rig import FilamentRig
 from worm_model.simulator.film import truth_path, write_film
-from worm_model.simulator.worm import midlines_mm
+from worm_model.simulator.worm import Walker, midlines_mm
 from worm_msgs_py import limits, paper
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import BadInput
@@ -127,16 +128,21 @@ class _Trial:
         self.rig = camera.rig(exit_width_mm, seed)
         self.width_mm = worm.body_width_mm
         self._model = model
-        self._filament, self._walker = worm.filament(), worm.walker(seed)
+        self._worm = worm.walker(seed) if model is Model.WALK else worm.filament()
+        if model is Model.FILAMENT and 0.0 < exit_width_mm < NARROWEST * self.width_mm:
+            raise BadInput(
+                f"--exit-width-mm is {exit_width_mm:g}: a body {self.width_mm:g} mm wide "
+                f"(--body-width-mm) needs {NARROWEST * self.width_mm:g} or more"
+            )
 
     def midlines(self) -> Iterator[Floats]:
         """Yield the worm at every frame, in chamber a's frame, mm."""
-        if self._model is Model.WALK:
-            return midlines_mm(self._walker, paper.RADIUS_MM, self._duration_s, self.fps)
+        if isinstance(self._worm, Walker):
+            return midlines_mm(self._worm, paper.RADIUS_MM, self._duration_s, self.fps)
         from worm_model.filament.trial import frames
 
         return frames(
-            self._filament,
+            self._worm,
             FilamentRig(exit_width_mm=self.exit_width_mm),
             seed=self._seed,
             duration_s=self._duration_s,
@@ -145,8 +151,7 @@ class _Trial:
 
     def provenance(self) -> dict[str, Any]:
         """Return what makes the same trial again."""
-        worm = self._filament if self._model is Model.FILAMENT else self._walker
-        numbers = {"frames_per_s": self.fps, "duration_s": self._duration_s, **asdict(worm)}
+        numbers = {"frames_per_s": self.fps, "duration_s": self._duration_s, **asdict(self._worm)}
         return {"simulated": self._model.value, "seed": self._seed, **numbers}
 
 

@@ -82,8 +82,11 @@ class WormOptions:
             raise BadInput(f"--{name} is the walk's: leave it out, or give --model walk")
 
     def filament(self) -> FilamentParameters:
-        """Return the two-dimensional worm."""
-        worm = FilamentParameters(length_mm=self.length_mm, width_mm=self.body_width_mm)
+        """Return the two-dimensional worm; `BadInput` where there is no such one."""
+        try:
+            worm = FilamentParameters(length_mm=self.length_mm, width_mm=self.body_width_mm)
+        except ValueError as error:
+            raise BadInput(f"--length-mm and --body-width-mm: {error}") from None
         if self.speed_mm_s is None:
             return worm
         return replace(worm, crawl_speed_mm_s=self.speed_mm_s)
@@ -199,6 +202,11 @@ class FilmOptions:
         from worm_model.simulator.filming import Filming
         from worm_model.simulator.rig.skins import read_skins
 
+        if self.exposure_ms * self.fps > 1e3:
+            raise BadInput(
+                f"--exposure-ms is {self.exposure_ms:g}, longer than a frame: "
+                f"give {1e3 / self.fps:g} or less"
+            )
         return Filming(
             frames_per_s=self.fps,
             body_width_mm=body_width_mm,

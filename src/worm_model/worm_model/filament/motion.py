@@ -8,7 +8,7 @@ import numpy as np
 
 from worm_model.filament.compiled import compiled_and_kept, sources_number
 from worm_model.filament.mechanics import Elasticity, step_body
-from worm_model.filament.parameters import FilamentParameters
+from worm_model.filament.parameters import NARROWEST, FilamentParameters
 from worm_model.filament.rig import FilamentRig
 from worm_model.filament.strokes import DRAWN_UNTIL_S, TIME_S, Activity, act
 from worm_model.filament.walls import Walls, nearest_walls, push_out
@@ -102,12 +102,23 @@ class FilamentMotion:
 
 
 def clearance_mm(parameters: FilamentParameters, rig: FilamentRig) -> Floats:
-    """Return how near each point of the midline may come to a wall: half of the body's width."""
+    """Return how near each point of the midline may come to a wall: half of the body's width.
+
+    Raises
+    ------
+    ValueError
+        Where the exit is too narrow for the body.
+    """
     s = np.linspace(0.0, parameters.length_mm, parameters.segments + 1)
     width = parameters.width_mm
     near_head = 1.0 - s / (HEAD_END_WIDTHS * width)
     near_tail = 1.0 - (parameters.length_mm - s) / (TAIL_END_WIDTHS * width)
     taper = np.clip(np.maximum(near_head, near_tail), 0.0, 1.0)
+    if 0.0 < rig.exit_width_mm < NARROWEST * width:
+        raise ValueError(
+            f"exit_width_mm is {rig.exit_width_mm:g}; a body of {width:g} mm needs "
+            f"{NARROWEST * width:g} or more"
+        )
     half = np.maximum(0.5 * width * np.sqrt(1.0 - taper**2), TIP_CLEARANCE_MM)
     if rig.exit_width_mm > 0.0:
         half = np.minimum(half, 0.5 * SQUEEZED * rig.exit_width_mm)

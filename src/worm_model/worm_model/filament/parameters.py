@@ -7,6 +7,10 @@ from typing import Any
 
 from worm_msgs_py import paper
 
+NARROWEST = 0.5
+"""Exit, in widths of the body, that it can be squeezed through."""
+SLENDER = 4.0
+"""A line with a width describes no body that is stouter."""
 FITTED = "fitted"
 """How the source of a number begins that was chosen so that the paper's observations emerge."""
 
@@ -102,6 +106,11 @@ class FilamentParameters:
             raise ValueError("drag_ratio and undulation_length_mm must be above 0")
         if not self.peristalsis_mm < self.length_mm:
             raise ValueError(f"peristalsis_mm must be below length_mm = {self.length_mm:g}")
+        if self.head_mm > self.length_mm or SLENDER * self.width_mm > self.length_mm:
+            raise ValueError(
+                f"length_mm is {self.length_mm:g}; it must be at least head_mm = {self.head_mm:g} "
+                f"and {SLENDER:g} times width_mm = {self.width_mm:g}"
+            )
 
 
 def parameter_table(

@@ -150,6 +150,8 @@ def _seconds(parameters: FilamentParameters, rig: FilamentRig, seed: int) -> Ite
         noise[:, ONSET_NOISE] = onset.random(STEPS_PER_S)
         noise[:, LENGTH_NOISE] = length.standard_exponential(STEPS_PER_S)
         course = motion.advance(noise)
+        if not np.isfinite(course.points_mm).all():
+            raise FloatingPointError("the filament cannot be solved for: give other parameters")
         if second >= -1:
             yield course
 

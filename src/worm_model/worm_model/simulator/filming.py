@@ -51,13 +51,19 @@ class Filming:
     overlap_darker : bool
         Whether a part of the body that lies over another takes its share of the light, too.
     exposure_s : float
-        How long the shutter is open, around the frame's stamp; 0 for no motion blur.
+        How long the shutter is open, around the frame's stamp; 0 for no motion blur. A frame's
+        time at most.
     flicker : float
         The lamp's brightness is uniform in 1 ± this, anew in each frame.
     debris, bubbles, glare : int
         Specks that lie in the chamber, bubbles in it, and bright spots over it.
     drift_mm_per_min : tuple of float
         How fast the rig moves in the picture, right and down.
+
+    Raises
+    ------
+    ValueError
+        An exposure longer than a frame.
     """
 
     frames_per_s: float = 30.0
@@ -70,6 +76,13 @@ class Filming:
     bubbles: int = 0
     glare: int = 0
     drift_mm_per_min: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.exposure_s * self.frames_per_s > 1.0:
+            frame_ms = 1e3 / self.frames_per_s
+            raise ValueError(
+                f"{1e3 * self.exposure_s:g} ms of exposure are longer than a frame, {frame_ms:g} ms"
+            )
 
 
 def film(midlines_mm: Iterable[Floats], rig: Rig, filming: Filming) -> Iterator[FilmFrame]:

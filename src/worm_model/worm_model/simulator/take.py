@@ -1,9 +1,10 @@
 """How a scene is filmed: scale, length, noise, and the rig that this makes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import radians
 
 from worm_model.simulator.rig import Optics, Rig
+from worm_model.simulator.rig.views import one_chamber
 
 WHOLE_RIG_SCALE = 0.4
 """The scale of a film of the whole rig, as a part of that of a film of one chamber."""
@@ -33,15 +34,7 @@ class Take:
     @property
     def chamber(self) -> Rig:
         """One chamber, not quite in the picture's middle, its exit to the upper right."""
-        side = round(25.6 * self.px_per_mm)
-        return Rig(
-            width_px=side,
-            height_px=side,
-            px_per_mm=self.px_per_mm,
-            centre_px=(0.4867 * side + 0.13, 0.5054 * side - 0.21),
-            exit_rad=radians(27.0),
-            optics=self._optics,
-        )
+        return replace(one_chamber(self.px_per_mm, 2.0, self._optics), chamber_b=False)
 
     @property
     def whole_rig(self) -> Rig:
