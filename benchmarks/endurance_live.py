@@ -14,7 +14,9 @@ import signal
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from contextlib import contextmanager
+from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from itertools import count
 from pathlib import Path
@@ -61,12 +63,17 @@ def film(side_px: int) -> list[bytes]:
     return there + there[-2:0:-1]
 
 
-def serve(side_px: int, fps: float, run_s: float, outage_s: float, port: object) -> None:
-    """Serve the film, a picture every 1 / fps; drop the connection OUTAGES times, evenly spaced."""
-    pictures = film(side_px)
+def serve(
+    pictures_of: Callable[[], list[bytes]],
+    fps: float,
+    drops: list[float],
+    outage_s: float,
+    port: object,
+) -> None:
+    """Serve a film, a picture every 1 / fps; drop the connection at these seconds."""
+    pictures = pictures_of()
     numbers = count()
     began_s = 0.0
-    drops = [run_s * (k + 1) / (OUTAGES + 1) for k in range(OUTAGES)]
     away_until_s = 0.0
 
     class Handler(BaseHTTPRequestHandler):
@@ -178,7 +185,8 @@ def main(
     run_s = hours * 3600 / speed
     with tempfile.TemporaryDirectory() as folder:
         out, record, again = (Path(folder) / name for name in ("out", "record", "again"))
-        with camera(side_px, rate * speed, run_s, 2.0) as address:
+        drops = [run_s * (k + 1) / (OUTAGES + 1) for k in range(OUTAGES)]
+        with camera(partial(film, side_px), rate * speed, drops, 2.0) as address:
             trace = run_live(address, out, record, run_s)
         frames = [
             event["frame"]

@@ -199,7 +199,7 @@ def test_an_unplugged_device_is_opened_anew(monkeypatch):
     opened = [Device(3), None, None, Device(4)]
     monkeypatch.setattr(camera_module, "open_capture", lambda *_: opened.pop(0) if opened else None)
     camera = Camera("/dev/video0", reconnect_s=0.3, reconnect_delay_s=0.001)
-    camera.start()
+    camera.begin()
     camera._thread.join()
     assert camera.counts.captured == 7
     (outage,) = camera.take_outages()
@@ -222,7 +222,7 @@ def test_a_read_that_never_returns_is_given_up_too(monkeypatch):
     for name in ("OPEN_TIMEOUT_S", "LONGEST_PAUSE_S"):
         monkeypatch.setattr(camera_module, name, 0.0)
     camera = Camera("/dev/video0", reconnect_s=0.02, stall_s=0.01)
-    camera.start()
+    camera.begin()
     while not camera.ended:
         assert camera.silent_s < 20.0
     assert "no frame has come" in camera.why_lost

@@ -21,7 +21,7 @@ def test_frames_bear_the_times_of_their_container(tmp_path):
     camera = Camera(write_video(tmp_path / "film.mp4", pictures, DURATIONS_S))
     frames = []
     camera._put = frames.append  # each of them, whoever takes them
-    camera.start()
+    camera.begin()
     camera._thread.join()
     assert [number_in(frame.picture) for frame in frames] == list(range(len(pictures)))
     seconds = np.diff([frame.stamp_ns for frame in frames]) / 1e9

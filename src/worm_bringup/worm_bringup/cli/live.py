@@ -71,7 +71,8 @@ def live(
 ) -> None:
     """Track and analyse while the camera films; Ctrl-C ends the trial in good order.
 
-    The latest frame wins: the tracker never lags behind, and what it skips is counted.
+    Frames count once the graph is ready. Where the tracker lags for more than two seconds the
+    newest frame wins, and what is skipped is counted.
     """
     is_simulated = camera == SIMULATED
     is_film = not is_simulated and kind_of(camera) is Kind.FILE

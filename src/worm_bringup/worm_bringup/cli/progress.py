@@ -131,7 +131,7 @@ def show_speed(result: RunResult) -> None:
     skipped = result.counts.get("frames skipped")
     if skipped is not None:
         captured = result.counts["frames captured"]
-        console.print(f"{captured} captured, {skipped} skipped (the latest frame wins)")
+        console.print(f"{captured} captured, {skipped} skipped")
     if result.spent_s:
         total = sum(result.spent_s.values())
         shares = ", ".join(

@@ -1,4 +1,4 @@
-"""Node `image_source`: sends the latest frame of a camera each time the tracker is free for it."""
+"""Node `image_source`: sends the frames of a camera, one each time that the tracker is free."""
 
 import math
 import sys
@@ -18,10 +18,10 @@ from worm_msgs_py.limits import Limit
 from worm_msgs_py.ros.qos import IMAGE_REPLAY
 from worm_tracker.sources.cameras.camera import Camera
 from worm_tracker.sources.cameras.camera_address import Kind, shown_address
-from worm_tracker.sources.cameras.latest_frame import CapturedFrame
 from worm_tracker.sources.cameras.live_record import LiveRecord
 from worm_tracker.sources.cameras.outages import Outage
 from worm_tracker.sources.cameras.sampled_pictures import SampledPictures
+from worm_tracker.sources.cameras.waiting_frames import CapturedFrame
 from worm_tracker.sources.source_node import SourceNode, run_source_alone
 
 RECONNECT = Limit(0.0, 86400.0, "s")
@@ -31,8 +31,9 @@ SECONDS = Limit(1e-3, 3600.0, "s")
 class CameraNode(SourceNode):
     """Publishes grey pictures (`mono8`) on `image_raw`, stamped at capture.
 
-    The tracker never queues: the next picture goes out when it has taken the one before, and it is
-    the newest one. What was captured in between is skipped, and counted on `/diagnostics`.
+    The next picture goes out when the tracker has taken the one before. Pictures wait here for up
+    to two seconds; where the tracker lags the newest one goes out, and what was skipped is counted
+    on `/diagnostics` (see `WaitingFrames`). The first one is captured when the graph is ready.
 
     An outage is told at once in the log and on `/diagnostics`, and on `source/events` when it is
     over. A camera that is lost for good ends the stream, with an event that says so.
@@ -144,13 +145,17 @@ class CameraNode(SourceNode):
         """Whether the tracker has taken what was sent; how far the recorder is does not matter."""
         return self.taken_by_tracker
 
+    def begin(self) -> None:
+        """Begin to film: all other nodes are ready."""
+        self._camera.begin()
+
     def wait_s(self) -> float:
         """Return 0 where there is a picture, or the end, to send; infinity otherwise."""
         self._say_outage(self._camera.outage)
         return 0.0 if self._camera.waiting or self._camera.ended else math.inf
 
     def publish_next(self) -> bool:
-        """Publish the newest picture; at the end say so and return False."""
+        """Publish the next picture; at the end say so and return False."""
         ended = self._camera.ended  # asked first: a last frame may come between
         frame = self._camera.take()
         for outage in self._camera.take_outages():

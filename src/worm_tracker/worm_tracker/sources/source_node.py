@@ -121,6 +121,9 @@ class SourceNode(WormNode):
         """Whether somebody subscribes to the pictures."""
         raise NotImplementedError
 
+    def begin(self) -> None:
+        """Take note that all other nodes are ready: pictures may come."""
+
     def wait_s(self) -> float:
         """Return the seconds until the next picture is due; 0 where it is, infinity if unknown."""
         raise NotImplementedError
@@ -236,6 +239,7 @@ def spin_source(
     bool
         Whether the source came to its end.
     """
+    source.begin()
     while keep_on():
         source.report()
         wait_s = source.wait_s()

@@ -1,4 +1,4 @@
-"""What a camera gives is what was there, in order, the latest first, and what is skipped counts."""
+"""What a camera gives is what was there, in order, and what is skipped counts."""
 
 import math
 import os
@@ -20,6 +20,7 @@ from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.bag_repair import repair_bag
 from worm_tracker.sources.bags.bag_writer import PictureRecorder
 from worm_tracker.sources.cameras.camera import Camera
+from worm_tracker.sources.cameras.waiting_frames import MOST_WAITING
 from worm_tracker.sources.image_decoder import IMAGE_TYPE
 
 
@@ -27,17 +28,20 @@ def watch(address, take=True, **kwargs):
     """Capture to the end; return the frames that were taken, and the counts."""
     changed = threading.Event()
     camera = Camera(address, reconnect_delay_s=0.01, on_change=changed.set, **kwargs)
-    camera.start()
+    camera.begin()
     frames = []
     while not camera.ended:
         assert changed.wait(20.0)
         changed.clear()
-        frame = camera.take() if take else None
-        frames += [frame] if frame else []
-    last = camera.take()
-    frames += [last] if last else []
+        frames += taken(camera) if take else []
+    frames += taken(camera)
     camera.stop()
     return frames, camera.counts
+
+
+def taken(camera):
+    """Take all that wait."""
+    return list(iter(camera.take, None))
 
 
 @pytest.fixture
@@ -66,11 +70,12 @@ def test_frames_come_in_the_order_in_which_they_were_served():
         assert np.abs(frame.picture.astype(int) - jpeg_picture(number)).max() < 40
 
 
-def test_the_latest_frame_wins():
-    with mjpeg_server(50) as address:
+def test_where_nobody_takes_them_the_newest_frame_wins():
+    count = MOST_WAITING + 10
+    with mjpeg_server(count) as address:
         frames, counts = watch(address, take=False, reconnect_s=0.0)
-    assert [number_in(frame.picture) for frame in frames] == [49]
-    assert (counts.captured, counts.taken, counts.skipped) == (50, 1, 49)
+    assert [number_in(frame.picture) for frame in frames] == [count - 1]
+    assert (counts.captured, counts.taken, counts.skipped) == (count, 1, count - 1)
 
 
 def test_a_stream_that_stops_is_opened_anew():
@@ -98,7 +103,7 @@ def test_a_camera_can_be_stopped_at_any_time():
     with mjpeg_server(None, pause_s=0.001) as address:
         came = threading.Event()
         camera = Camera(address, on_change=came.set)
-        camera.start()
+        camera.begin()
         assert came.wait(20.0)
         camera.stop()
         assert camera.ended

@@ -1,4 +1,4 @@
-"""Captures from a camera, an address or a video file in real time; the latest frame wins."""
+"""Captures from a camera, an address or a video file in real time."""
 
 import atexit
 import math
@@ -14,9 +14,9 @@ from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.cameras.camera_address import HIDDEN, Kind, kind_of, shown_address
 from worm_tracker.sources.cameras.capture import OPEN_TIMEOUT_S, grey, open_capture
 from worm_tracker.sources.cameras.film_pace import FilmPace
-from worm_tracker.sources.cameras.latest_frame import CapturedFrame, LatestFrame
 from worm_tracker.sources.cameras.outages import LONGEST_PAUSE_S, Outage, OutageWatch
 from worm_tracker.sources.cameras.steady_clock import SteadyClock
+from worm_tracker.sources.cameras.waiting_frames import CapturedFrame, WaitingFrames
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,8 @@ class CaptureCounts:
 class Camera:
     """Captures in a thread of its own, which whoever takes frames never holds up.
 
-    It keeps the newest frame alone (`LatestFrame`), so no queue builds up.
+    A tracker that is slower than the camera gets the newest frame (`WaitingFrames`). Frames count
+    from `begin` on: before, a device or stream is read so that nothing stale is left in it.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ class Camera:
         self.reconnect_s, self._stall_s = reconnect_s, stall_s
         self._on_change = on_change or (lambda: None)
         self._stop = threading.Event()
-        self._latest = LatestFrame()
+        self._frames = WaitingFrames()
         self._ended = False
         self._failure: Exception | None = None
         self._clock = SteadyClock()
@@ -115,7 +116,17 @@ class Camera:
         return _HINTS[self.kind]
 
     def start(self) -> None:
-        """Begin to capture."""
+        """Begin to read what goes on by itself: a device, a stream."""
+        if self._capture_instead is None and self.kind is not Kind.FILE:
+            self._start()
+
+    def begin(self) -> None:
+        """Begin to keep what comes: all that takes frames is ready."""
+        self._frames.begin()
+        if self._thread.ident is None:
+            self._start()
+
+    def _start(self) -> None:
         self._began_ns = self._watch.last_ns = self._clock.now_ns()
         self._thread.start()
 
@@ -130,8 +141,8 @@ class Camera:
         self._ended = True
 
     def take(self) -> CapturedFrame | None:
-        """Return the newest frame that was not taken yet, or None; raise what ended the capture."""
-        frame = self._latest.take()
+        """Return the oldest frame that waits, or None; raise what ended the capture."""
+        frame = self._frames.take()
         if frame is None and self._failure is not None:
             raise self._failure
         return frame
@@ -143,7 +154,7 @@ class Camera:
     @property
     def waiting(self) -> bool:
         """Whether there is a frame to take."""
-        return self._latest.waiting
+        return self._frames.waiting
 
     @property
     def ended(self) -> bool:
@@ -168,7 +179,7 @@ class Camera:
     @property
     def counts(self) -> CaptureCounts:
         """What became of the frames so far."""
-        counts = self._latest.counts()
+        counts = self._frames.counts()
         age_s = self.silent_s if counts[0] else math.nan
         return CaptureCounts(*counts, self._watch.reconnections, age_s)
 
@@ -207,7 +218,7 @@ class Camera:
 
     def _put(self, frame: CapturedFrame) -> None:
         self._watch.frame_came(frame.stamp_ns)  # first: an outage is told before the frame after it
-        self._latest.put(frame)
+        self._frames.put(frame)
         self._on_change()
 
     def _reconnect(self) -> bool:

@@ -1,0 +1,113 @@
+"""A live trial as the rig runs it: what is skipped, and how late poses are published.
+
+`python -m benchmarks.live_latency FILM` serves a film (a bag of JPEG pictures, such as that of
+`worm simulate --one-chamber --minutes 3`) as MJPEG from a process of its own, again and again.
+The graph of `worm live` tracks it, records every picture and writes results. Counted are the
+pictures that were skipped, and the time from the capture of each frame to the publication of its
+state; frames that the tracker holds back on purpose, until the head is known, are counted apart.
+"""
+
+import os
+import signal
+import tempfile
+import threading
+import time
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CompressedImage
+
+from benchmarks.endurance_live import camera
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.trial import Trial, run_trial
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.camera_node import CameraNode
+from worm_tracker.tracker_node import TrackerNode
+
+BAR_MS = 30.0
+
+
+def pictures_of(bag: Path) -> list[bytes]:
+    """Return a bag's JPEG pictures as they are."""
+    with BagPictures(bag) as pictures:
+        return [
+            bytes(deserialize_message(picture.raw, CompressedImage).data) for picture in pictures
+        ]
+
+
+class Timing:
+    """Notes when each frame was sent and its state published, beside the nodes themselves."""
+
+    def __init__(self) -> None:
+        self.sent: list[tuple[float, int]] = []  # seconds, frames skipped until then
+        self.late_ms: list[float] = []
+        self.held: list[bool] = []
+        self._publish_next, self._publish = CameraNode.publish_next, TrackerNode._publish
+
+    def __enter__(self) -> "Timing":
+        timing = self
+
+        def publish_next(node: CameraNode) -> bool:
+            timing.sent.append((time.monotonic(), node._camera.counts.skipped))
+            return timing._publish_next(node)
+
+        def publish(node: TrackerNode, given: list[Any]) -> None:
+            timing._publish(node, given)
+            now_ns = time.time_ns()
+            for frame in given:
+                timing.late_ms.append((now_ns - frame.state.stamp_ns) / 1e6)
+                timing.held.append(frame.state.stamp_ns != node._last_ns)
+
+        CameraNode.publish_next, TrackerNode._publish = publish_next, publish  # type: ignore[method-assign]
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        CameraNode.publish_next = self._publish_next  # type: ignore[method-assign]
+        TrackerNode._publish = self._publish  # type: ignore[method-assign]
+
+
+def main(
+    film: Annotated[Path, typer.Argument(help="A bag of JPEG pictures.")],
+    minutes: Annotated[float, typer.Option(help="How long to film.")] = 2.0,
+    fps: Annotated[float, typer.Option(help="Pictures a second.")] = 30.0,
+) -> None:
+    """Film, and print what was skipped and how late poses were."""
+    with tempfile.TemporaryDirectory() as folder, Timing() as timing:
+        out, record = Path(folder) / "out", Path(folder) / "record"
+        with camera(partial(pictures_of, film), fps, [], 0.0) as address:
+            source = {"camera": address, "record": str(record)}
+            module = "worm_tracker.sources.camera_node"
+            trial = Trial(NodeSpec(module, "image_source", source), {"camera": address})
+
+            def end_in_time(sent: int, expected: int | None) -> None:
+                if sent and not ending.ident:
+                    ending.start()
+
+            ending = threading.Timer(60.0 * minutes, os.kill, (os.getpid(), signal.SIGINT))
+            load = os.getloadavg()
+            processor_s = time.process_time()
+            result, _ = run_trial(trial, out, end_in_time, live=True)
+            processor_s = time.process_time() - processor_s
+    counts = result.counts
+    first_second = max(skipped for at_s, skipped in timing.sent if at_s < timing.sent[0][0] + 1.0)
+    late, held = np.array(timing.late_ms), np.array(timing.held)
+    print(f"load before {load[0]:.1f}, after {os.getloadavg()[0]:.1f}; {os.cpu_count()} cores")
+    print(f"{result.frames} frames sent in {result.elapsed_s:.0f} s; {counts}")
+    print(f"skipped: {first_second} in the first second, {counts['frames skipped']} in all")
+    spent = {name: f"{1e3 * s / result.frames:.1f}" for name, s in result.spent_s.items()}
+    print(f"ms a frame: {spent}; processor, all threads: {1e3 * processor_s / result.frames:.1f}")
+    gaps_ms = [1e3 * (b - a) for (a, _), (b, _) in pairwise(timing.sent)]
+    print(f"longest time between two frames sent: {max(gaps_ms):.0f} ms")
+    for what, some in (("all", late), ("not held back", late[~held])):
+        shares = ", ".join(f"{p} % {np.percentile(some, p):.1f}" for p in (50, 95, 99, 99.9, 100))
+        print(f"capture → poses published, {what} ({len(some)}), ms: {shares}")
+    print(f"within {BAR_MS:g} ms: {np.mean(late <= BAR_MS):.2%} of all")
+
+
+if __name__ == "__main__":
+    typer.run(main)
