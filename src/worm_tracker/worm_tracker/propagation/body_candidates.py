@@ -256,7 +256,6 @@ class CandidateSearch:
         self, slid: Candidate | None, starts: list[Floats], contour_body: RefinedMidline | None
     ) -> Candidate:
         """Return the best of all that can be tried, fits from some starts among them."""
-        model = self.model
         starts = starts if slid is None else [*starts, slid.path.points]
         fitted = [self.fitted(start) for start in starts]
         best = max(fitted, key=self.score)
@@ -266,9 +265,27 @@ class CandidateSearch:
             best = sharper
         others = [best] if slid is None else [slid, best]
         if contour_body is not None:
-            path = path_of(contour_body.points, None, model.width).shifted(-self.origin)
-            others.append(self.scored(path, contour_body.widths))
+            others.append(self.by_contour(contour_body))
         return max(others, key=self.score)
+
+    def by_contour(self, found: RefinedMidline) -> Candidate:
+        """Return the body that the contour gives."""
+        path = path_of(found.points, None, self.model.width).shifted(-self.origin)
+        return self.scored(path, found.widths)
+
+    def contracted(self, contour_body: RefinedMidline | None) -> Candidate | None:
+        """Return an open body of another length than before; None where an end may be hidden.
+
+        An end hides on the body alone: where the body lay apart from itself and does so now, what
+        the contour shows is all of it, and no other body need be tried.
+        """
+        if contour_body is None:
+            return None
+        found = self.by_contour(contour_body)
+        for path in (self.last, found.path):
+            if lies_near_itself(path.curve, self.model.width, path.step):
+                return None
+        return None if self.over_limits(found) > 1 or self.leaps(found) else found
 
     def fitted(self, start: Floats) -> Candidate:
         """Return a deformable body fitted from a start."""

@@ -56,11 +56,15 @@ def propagate(
 
     Notes
     -----
-    Where the body, slid along itself, explains the object about as well as it did before, nothing
-    else is tried. Else a deformable body is fitted from there, and slid once more where it was
-    found, which brings it below a pixel.
+    An open body that has contracted or stretched is where the contour shows it. Else, where the
+    body, slid along itself, explains the object about as well as it did before, nothing else is
+    tried. Else a deformable body is fitted from there, and slid once more where it was found, which
+    brings it below a pixel.
     """
     scene = CandidateSearch.of(detection, model, last, frames, settings)
+    contracted = scene.contracted(contour_body)
+    if contracted is not None:
+        return scene.in_picture(contracted)
     slid = scene.followed()
     enough = last.expected_agreement - settings.most_agreement_lost_sliding
     if slid is not None and not scene.leaps(slid):
