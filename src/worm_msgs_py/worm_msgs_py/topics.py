@@ -3,6 +3,13 @@
 IMAGE = "image_raw"
 IMAGE_COMPRESSED = "image_raw/compressed"
 
+CAMERA_INFO = "camera_info"
+"""The pinhole camera that chambers and worm are seen through, with the stamp of each picture."""
+TF_STATIC = "tf_static"
+"""The camera over the sheet: never moves. Relative, as all names are: two rigs are two trees."""
+TF = "tf"
+"""Where the chambers lie on the sheet, with the stamp of each frame."""
+
 CHAMBER = "chamber"
 CHAMBER_GEOMETRY = "chamber/geometry"
 
@@ -11,6 +18,8 @@ WORM_HEAD = "worm/head"
 WORM_CENTROID = "worm/centroid"
 WORM_TAIL = "worm/tail"
 WORM_MIDLINE = "worm/midline"
+WORM_ANNOTATIONS = "worm/annotations"
+"""What Foxglove draws over the picture, a message a frame."""
 
 ANALYSIS_STATE = "analysis/state"
 ANALYSIS_EVENTS = "analysis/events"

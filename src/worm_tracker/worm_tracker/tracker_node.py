@@ -7,12 +7,13 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.event_handler import SubscriptionEventCallbacks
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import UInt64, UInt64MultiArray
 from std_srvs.srv import Trigger
 
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.contract.body import TrackedFrame
+from worm_msgs_py.contract.camera_view import pinhole
 from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.errors import BadInput
@@ -126,6 +127,7 @@ class TrackerNode(WormNode):
             for topic, (kind, qos) in RESULTS.items()
             if topic in _OUT
         }
+        self._camera_info = self.create_publisher(CameraInfo, topics.CAMERA_INFO, RESULT)
         self._flow = self.create_publisher(UInt64MultiArray, topics.FLOW_TRACKED, FLOW)
         self._diagnostics = self.create_publisher(DiagnosticArray, topics.DIAGNOSTICS, RESULT)
         qos = IMAGE_LIVE if self._live else IMAGE_REPLAY
@@ -226,6 +228,9 @@ class TrackerNode(WormNode):
         """Publish what is ready, and how much was taken and given."""
         for tracked in given:
             state = tracked.state
+            if tracked.geometry is not None:
+                camera = pinhole(tracked.geometry)
+                self._camera_info.publish(convert.camera_info_to_cdr(camera, state.stamp_ns))
             self._out[topics.WORM_STATE].publish(convert.body_state_to_msg(state))
             # One for every frame, empty where there is none: a viewer must not keep the last one.
             self._out[topics.WORM_MIDLINE].publish(convert.midline_to_msg(tracked.midline, state))

@@ -11,6 +11,7 @@ from std_msgs.msg import Float64MultiArray, UInt64
 
 from worm_analysis.results.tracks import SCHEMA as TRACKS
 from worm_bringup.freed_memory import give_back_freed_memory
+from worm_bringup.overlay.viewer_messages import TYPE_OF_TOPIC
 from worm_bringup.recorder import recorder_node
 from worm_bringup.recorder.recorder_node import RecorderNode
 from worm_bringup.recorder.recording import Recording
@@ -241,5 +242,5 @@ def test_the_results_bag_can_be_read_and_holds_every_message(graph):
     drain(executor)
     with Reader(out / "bag") as reader:
         counts = {c.topic: c.msgcount for c in reader.connections}
-        assert set(counts) == {"/" + topic for topic in RESULTS}
+        assert set(counts) == {"/" + topic for topic in (*RESULTS, *TYPE_OF_TOPIC)}
         assert counts["/worm/state"] == counts["/analysis/state"] == 3

@@ -7,12 +7,15 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from worm_msgs_py.colours import CENTROID_COLOUR as CENTROID_COLOUR
+from worm_msgs_py.colours import HEAD_COLOUR as HEAD_COLOUR
+from worm_msgs_py.colours import TAIL_COLOUR as TAIL_COLOUR
+
 COLUMN_IN = 3.4
 """Width of a journal's column."""
 PAGE_IN = 7.0
 SCALE_ON_SCREEN = 1.4
 
-HEAD_COLOUR, CENTROID_COLOUR, TAIL_COLOUR = "#0072B2", "#D55E00", "#009E73"
 COLOURS = {"head": HEAD_COLOUR, "centroid": CENTROID_COLOUR, "tail": TAIL_COLOUR}
 INK, GREY, SHADE = "#1a1a1a", "#767676", "#E4E4E4"
 MODEL_COLOUR = "#CC79A7"

@@ -14,6 +14,7 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt64
 
 from worm_bringup.freed_memory import give_back_freed_memory
+from worm_bringup.overlay.views import FrameViews
 from worm_bringup.recorder.recording import Recording
 from worm_bringup.recorder.result_bag import ResultBag
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
@@ -79,6 +80,7 @@ class RecorderNode(WormNode):
         with _told_in_a_line():
             self._recording = Recording(out)
             self._bag = ResultBag(out / "bag")
+        self._views = FrameViews(self._into_bag)
         self._stamp_ns = 0
         self._received: Counter[str] = Counter()
         self._end = StreamEnd(self._finish, self._has_all, announcers)
@@ -148,12 +150,10 @@ class RecorderNode(WormNode):
 
         return {
             topics.WORM_STATE: self._on_state,
-            topics.WORM_MIDLINE: lambda msg: recording.add_midline(convert.midline_from_msg(msg)),
+            topics.WORM_MIDLINE: self._on_midline,
             topics.ANALYSIS_STATE: self._on_observables,
             topics.ANALYSIS_EVENTS: lambda msg: recording.add_events(convert.events_from_msg(msg)),
-            topics.CHAMBER_GEOMETRY: lambda msg: trial.take_geometry(
-                convert.geometry_from_msg(msg)
-            ),
+            topics.CHAMBER_GEOMETRY: self._on_geometry,
             topics.ANALYSIS_SUMMARY: keep("quantities", convert.quantities_from_msg),
             topics.ANALYSIS_SUMS: lambda msg: trial.sums.update([convert.sums_from_msg(msg)]),
             topics.ANALYSIS_CORRELATION: keep("correlation", convert.correlation_from_msg),
@@ -179,10 +179,7 @@ class RecorderNode(WormNode):
             self._progress.publish(convert.count_to_msg(self._end.taken))
             if self._recording.rows % _TRIM_EVERY_FRAMES == 0:  # a message ends one row at most
                 give_back_freed_memory()
-        try:
-            self._bag.write(topic, self._stamp_ns, data)
-        except OSError as error:
-            self._drop_bag(error)
+        self._into_bag(topic, self._stamp_ns, data)
         if self._recording.waiting:
             self._make_room(self._recording.commit)
         if self.journal is not None:
@@ -194,6 +191,23 @@ class RecorderNode(WormNode):
         self._check_turn(topics.WORM_STATE, state.frame)
         self._stamp_ns = state.stamp_ns
         self._recording.add_state(state)
+        self._views.add_state(state)
+
+    def _on_midline(self, msg: Any) -> None:
+        midline = convert.midline_from_msg(msg)
+        self._recording.add_midline(midline)
+        self._views.add_midline(midline)
+
+    def _on_geometry(self, msg: Any) -> None:
+        geometry = convert.geometry_from_msg(msg)
+        self._recording.trial.take_geometry(geometry)
+        self._views.add_geometry(geometry)
+
+    def _into_bag(self, topic: str, stamp_ns: int, data: bytes) -> None:
+        try:
+            self._bag.write(topic, stamp_ns, data)
+        except OSError as error:
+            self._drop_bag(error)
 
     def _on_observables(self, msg: Any) -> None:
         observables = convert.observables_from_msg(msg)
@@ -213,6 +227,7 @@ class RecorderNode(WormNode):
         assert self._end.frames is not None
         self._recording.trial.frames_read = self._end.frames
         self._recording.trial.ignored_messages = self._all_ignored()
+        self._views.finish()
         try:
             self._bag.close()
         except OSError as error:

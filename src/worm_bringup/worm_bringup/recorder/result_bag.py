@@ -1,4 +1,4 @@
-"""The results' own bag: every result topic as it was sent, in rosbag2's mcap form."""
+"""The results' own bag: every result topic as it was sent, and what is laid over the picture."""
 
 import shutil
 from contextlib import suppress
@@ -14,31 +14,35 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
+from worm_bringup.overlay.viewer_messages import TYPE_OF_TOPIC, TYPES
+from worm_msgs_py import topics
 from worm_msgs_py.ros.interfaces import RESULTS
+from worm_msgs_py.ros.qos import LATCHED, RESULT
 
 _FOREVER = QosTime(sec=2147483647, nsec=4294967295)
 
 
 class ResultBag:
-    """A rosbag2 directory that takes serialised messages; the topics are `interfaces.RESULTS`."""
+    """A rosbag2 directory that takes serialised messages.
+
+    Its topics are `interfaces.RESULTS` and those of `viewer_messages`.
+    """
 
     def __init__(self, path: Path):
         self._path = path
         self._is_open = True
-        store = get_typestore(Stores.ROS2_JAZZY)
         self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.open()
+        kinds = {topic: (_type_name(kind), qos) for topic, (kind, qos) in RESULTS.items()}
+        for topic, kind in TYPE_OF_TOPIC.items():
+            kinds[topic] = (kind, LATCHED if topic == topics.TF_STATIC else RESULT)
         self._connections = {
             topic: self._writer.add_connection(
-                "/" + topic,
-                _type_name(kind),
-                typestore=store,
-                offered_qos_profiles=[_offered(qos)],
+                "/" + topic, kind, typestore=TYPES, offered_qos_profiles=[_offered(qos)]
             )
-            for topic, (kind, qos) in RESULTS.items()
+            for topic, (kind, qos) in kinds.items()
         }
 
     def write(self, topic: str, stamp_ns: int, data: bytes) -> None:

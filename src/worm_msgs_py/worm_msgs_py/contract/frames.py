@@ -10,6 +10,9 @@ from enum import IntEnum
 CHAMBER_A = "chamber_a"
 CHAMBER_B = "chamber_b"
 CAMERA = "camera_optical_frame"
+RIG_FRAME = "rig"
+"""The sheet under the camera: x right and y up in the picture, z towards the camera, origin in the
+middle of the picture, on the sheet."""
 
 
 class Where(IntEnum):

@@ -18,6 +18,7 @@ from worm_msgs_py.convert.analysis import (
     sums_to_msg,
 )
 from worm_msgs_py.convert.body import body_state_from_msg, body_state_to_msg, keypoint_to_pose
+from worm_msgs_py.convert.camera_info import camera_info_to_cdr, camera_info_to_msg
 from worm_msgs_py.convert.chamber import geometry_from_msg, geometry_to_markers, geometry_to_msg
 from worm_msgs_py.convert.episodes import events_from_msg, events_to_msg
 from worm_msgs_py.convert.flow import count_from_msg, count_to_msg, counts_from_msg, counts_to_msg
@@ -36,6 +37,8 @@ __all__ = [
     "before_from_msg",
     "body_state_from_msg",
     "body_state_to_msg",
+    "camera_info_to_cdr",
+    "camera_info_to_msg",
     "comparison_from_msg",
     "comparison_to_msg",
     "correlation_from_msg",

@@ -10,9 +10,9 @@ from worm_analysis.report.theme import COLOURS, PAGE_IN, new_figure
 from worm_analysis.results import Results
 from worm_analysis.results.picture import TrialPicture
 from worm_msgs_py import Chamber
+from worm_msgs_py.colours import MIDLINE_COLOUR, WALL_COLOUR
 from worm_msgs_py.contract.body import KEYPOINTS
 
-WALL_COLOUR, MIDLINE_COLOUR = "#E69F00", "#F0E442"
 SHOWN_LEVELS = (0.001, 0.999)
 """Quantiles of the grey levels that are drawn black and white."""
 PASSAGE_SHOWN_R = 0.4

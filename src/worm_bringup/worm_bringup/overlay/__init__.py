@@ -1,0 +1,1 @@
+"""What is laid over the picture: shapes, their messages, drawings, films and a live view."""
