@@ -19,7 +19,6 @@ SHARED_PUBLIC = {
     "simulate": "the command, and what it calls: a trial of the filament",
     "generate_launch_description": "what ros2 launch calls in a launch file",
     "NAME": "of a node: each has its own",
-    "DESCRIPTIONS": "of a node's parameters",
     "SCHEMA": "of a file: each module of results writes one",
 }
 SHARED_PRIVATE = {

@@ -2,7 +2,6 @@
 
 import sys
 from collections import deque
-from dataclasses import fields
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -13,6 +12,7 @@ from worm_analysis.analysis import Analysis
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import BodyState, convert, topics
 from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import MalformedMessage
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Ledger
@@ -31,26 +31,6 @@ _OUT = (
     topics.ANALYSIS_SUMMARY,
     topics.ANALYSIS_SUMS,
 )
-DESCRIPTIONS = {
-    "contact_factor": "contact where R - r_h < contact_factor * d_w",
-    "release_factor": "contact lasts until R - r_h >= release_factor * d_w",
-    "body_width_m": "d_w in metres; 0.0: measured",
-    "min_episode_s": "a shorter contact or excursion does not end the one around it",
-    "theta_dot_window_s": "time over which the angular speed is taken",
-    "mean_window_s": "time over which v_b and psi_b are averaged for v_w",
-    "min_head_certainty": "a frame less certain of its head is in no estimate; 0.5 takes all",
-    "incidence_window_s": "time before a contact over which the incidence is taken",
-    "max_gap_s": "a longer time without a head ends episodes",
-    "max_bridged_s": "over a longer time without a head the direction is not followed",
-    "max_lag_s": "longest lag of C_theta",
-    "fine_lag_s": "lags are fine up to this one",
-    "fine_step_s": "step of the fine lags",
-    "coarse_step_s": "step of the lags beyond, a multiple of the fine one",
-    "stroke_window_s": "time over which the body's length tells the phase of the stroke",
-    "minimum_n": "fewer items than this are not enough data",
-    "summary_interval_s": "time of the stamps between two publications of the estimates",
-}
-"""Of the node's parameters, which are the fields of `AnalysisParameters`, one for one."""
 
 FRAMES_BETWEEN_ESTIMATES = 16
 """At least so many: of a film of a picture in ten seconds each frame would bring estimates, and the
@@ -59,10 +39,6 @@ frames that the tracker has held back more at once than latched topics hold."""
 
 class AnalysisNode(WormNode):
     """Runs an `Analysis` on the graph.
-
-    Parameters (read once)
-    ----------------------
-    Those of `AnalysisParameters`; `body_width_m` 0.0 stands for None.
 
     A state that rests on a geometry which has not come yet is held back, with all that follow it.
     When as many states have been taken as `flow/end` says, what is open is closed, the estimates
@@ -74,6 +50,7 @@ class AnalysisNode(WormNode):
         Where a parameter is out of range.
     """
 
+    PARAMETERS = declarations(AnalysisParameters)
     STATE = (
         "_analysis",
         "_waiting",
@@ -88,7 +65,7 @@ class AnalysisNode(WormNode):
     def __init__(self, **node_arguments: Any):
         super().__init__(NAME, **node_arguments)
         try:
-            self._settings = self._read_parameters()
+            self._settings = self.read_parameters(AnalysisParameters)
         except BaseException:
             self.destroy_node()
             raise
@@ -126,14 +103,6 @@ class AnalysisNode(WormNode):
             state = self._waiting[0]
             return f"frame {state.frame} waits for geometry {state.geometry}"
         return self._end.missing
-
-    def _read_parameters(self) -> AnalysisParameters:
-        values = {}
-        for field in fields(AnalysisParameters):
-            default = 0.0 if field.default is None else field.default
-            values[field.name] = self.read_parameter(field.name, default, DESCRIPTIONS[field.name])
-        values["body_width_m"] = values["body_width_m"] or None
-        return AnalysisParameters(**values)
 
     def _on_geometry(self, msg: JointState) -> None:
         self._analysis.set_geometry(convert.geometry_from_msg(msg))

@@ -12,6 +12,7 @@ from worm_model.simulator.filming import Filming, film
 from worm_model.simulator.rig import FilmedPicture, Optics
 from worm_model.simulator.rig.views import one_chamber
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.limits import SEED
 from worm_tracker.sources.camera_node import CameraNode
 from worm_tracker.sources.source_node import run_source_alone
@@ -68,17 +69,16 @@ def _in_time(lines: Iterator[Floats]) -> Iterator[Floats]:
 
 
 class SimulatedCameraNode(CameraNode):
-    """As `CameraNode`, of a rig that is simulated.
+    """As `CameraNode`, of a rig that is simulated."""
 
-    Parameters (read once)
-    ----------------------
-    seed : int
-        Of the worm; all others as there.
-    """
+    PARAMETERS = (
+        *CameraNode.PARAMETERS,
+        Declaration("seed", 0, "Of the worm: the same seed gives the same worm.", SEED),
+    )
 
     def capture_instead(self) -> Callable[[], SimulatedCapture]:
         """Return what films."""
-        seed = self.read_parameter("seed", 0, "the same seed gives the same worm", SEED)
+        seed = self.read_parameter("seed")
         return lambda: SimulatedCapture(seed)
 
 

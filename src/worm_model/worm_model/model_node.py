@@ -2,7 +2,6 @@
 
 import sys
 from collections import deque
-from dataclasses import fields
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -11,6 +10,7 @@ from sensor_msgs.msg import JointState
 from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.trial_model import TrialModel
 from worm_msgs_py import Comparison, Correlation, Event, Observables, Quantity, convert, topics
+from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import MalformedMessage
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Ledger, read_announcement
@@ -22,24 +22,10 @@ from worm_msgs_py.ros.worm_node import WormNode
 NAME = "model"
 ANALYSIS_NODE = "analysis"
 HEARD = (topics.ANALYSIS_STATE, topics.ANALYSIS_EVENTS, topics.ANALYSIS_SUMMARY)
-DESCRIPTIONS = {
-    "rule": "what a reversal counts: per_cycle, per_phase or rate",
-    "speed": "the walk's speed: v_b, the mean speed along the wall, or v_w",
-    "hop_may_land": "whether a hop that ends above the exit finds it",
-    "effective_width": "whether the exit is sqrt(W^2 + h^2) wide",
-    "longest_lag_s": "longest lag of the model's C_theta",
-    "lag_step_s": "step of its lags",
-    "forecast_interval_s": "time of the stamps between two forecasts",
-}
-"""Of the node's parameters, which are the fields of `ModelParameters`, one for one."""
 
 
 class ModelNode(WormNode):
     """Runs a `TrialModel` on the graph.
-
-    Parameters (read once)
-    ----------------------
-    Those of `ModelParameters`.
 
     States, events and summaries of the analysis come on topics of their own, in any order. Each
     state says how many of the others were sent before it, and waits for these: so the model takes
@@ -53,12 +39,13 @@ class ModelNode(WormNode):
         Where a parameter is out of range.
     """
 
+    PARAMETERS = declarations(ModelParameters)
     STATE = ("_model", "_states", "_events", "_summaries", "_taken", "_ledger.sent")
 
     def __init__(self, **node_arguments: Any):
         super().__init__(NAME, **node_arguments)
         try:
-            self._model = TrialModel(self._read_parameters())
+            self._model = TrialModel(self.read_parameters(ModelParameters))
         except BaseException:
             self.destroy_node()
             raise
@@ -104,14 +91,6 @@ class ModelNode(WormNode):
             if come != announced:
                 parts.append(f"{come} of {announced} messages have come on {topic}")
         return "; ".join(parts)
-
-    def _read_parameters(self) -> ModelParameters:
-        values = {}
-        for field in fields(ModelParameters):
-            values[field.name] = self.read_parameter(
-                field.name, field.default, DESCRIPTIONS[field.name]
-            )
-        return ModelParameters(**values)
 
     def _on_geometry(self, msg: JointState) -> None:
         geometry = convert.geometry_from_msg(msg)

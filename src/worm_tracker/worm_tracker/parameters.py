@@ -4,71 +4,18 @@ from dataclasses import dataclass
 from math import hypot, isfinite, nan
 
 from worm_msgs_py import limits
+from worm_msgs_py.declarations import declare, first_refusal_of
 from worm_msgs_py.errors import TrackerError
 from worm_tracker.polarity import Polarity
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, MEGAPIXELS
 
-TRACKER_LIMITS = {
-    "radius_m": limits.RADIUS,
-    "centre_u_px": limits.PLACE_PX,
-    "centre_v_px": limits.PLACE_PX,
-    "radius_px": limits.RADIUS_PX,
-    "centre_b_u_px": limits.PLACE_PX,
-    "centre_b_v_px": limits.PLACE_PX,
-    "radius_b_px": limits.RADIUS_PX,
-    "exit_deg": limits.ANGLE,
-    "exit_width_m": limits.EXIT_WIDTH,
-    "depth_m": limits.DEPTH,
-    "passage_m": limits.PASSAGE_LENGTH,
-    "px_per_mm": limits.PX_PER_MM,
-    "hold_back_frames": limits.Limit(0, 1e5),
-    "calibration_frames": limits.Limit(1, 1e5),
-    "max_megapixels": MEGAPIXELS,
-}
-MAY_LACK = frozenset(TRACKER_LIMITS) - {
-    "radius_m",
-    "depth_m",
-    "hold_back_frames",
-    "calibration_frames",
-    "max_megapixels",
-}
-"""NaN says of these that they are to be looked for, or are not known."""
+_LOOKED_FOR = {"or_else": nan, "means": "looked for"}
+_NOT_GIVEN_PX = {"or_else": nan, "means": "not given"}
 
 
 @dataclass(frozen=True, slots=True)
 class TrackerParameters:
     """Settings of a `Tracker`.
-
-    Attributes
-    ----------
-    polarity : Polarity
-        ``dark``: worm and walls are darker than the water (back light). ``bright``: the inverse.
-    no_chamber : bool
-        The pictures show no rig: nothing is looked for, and there are no metric coordinates unless
-        `px_per_mm` is given.
-    radius_m : float
-        The chamber's known radius R, which gives the scale.
-    centre_u_px, centre_v_px, radius_px : float
-        The wall's circle, where it is given rather than looked for: all three or none.
-    centre_b_u_px, centre_b_v_px, radius_b_px : float
-        The same of a second chamber, whose exit faces the first one.
-    exit_deg : float
-        Direction of the exit, counter-clockwise from the picture's right; looked for where NaN.
-    exit_width_m : float
-        Width W of the exits; measured where NaN.
-    depth_m : float
-        Thickness h of the sheet, which a picture from above does not show.
-    passage_m : float
-        Length L of the passage; where NaN it is measured if both chambers are in view, else the
-        paper's.
-    px_per_mm : float
-        Scale of pictures without a chamber; NaN where it is not known.
-    hold_back_frames : int
-        Most frames that wait for the decision which end is the head.
-    calibration_frames : int
-        Pictures that may fail to show a chamber before the tracker gives up.
-    max_megapixels : float
-        Larger pictures are bad ones: they are not decoded.
 
     Raises
     ------
@@ -76,34 +23,91 @@ class TrackerParameters:
         Where the values contradict each other or are out of range.
     """
 
-    polarity: Polarity = Polarity.DARK
-    no_chamber: bool = False
-    radius_m: float = 0.01
-    centre_u_px: float = nan
-    centre_v_px: float = nan
-    radius_px: float = nan
-    centre_b_u_px: float = nan
-    centre_b_v_px: float = nan
-    radius_b_px: float = nan
-    exit_deg: float = nan
-    exit_width_m: float = nan
-    depth_m: float = 1.5e-3
-    passage_m: float = nan
-    px_per_mm: float = nan
-    hold_back_frames: int = 256
-    calibration_frames: int = 10
-    max_megapixels: float = MAX_MEGAPIXELS
+    polarity: Polarity = declare(  # noqa: RUF009 (it is a field)
+        Polarity.DARK,
+        "How worm and walls look against the water: dark (back light) or bright.",
+        choices=tuple(Polarity),
+    )
+    no_chamber: bool = declare(
+        False,
+        "The pictures show no rig: nothing is looked for, and there are no metric coordinates "
+        "unless px_per_mm is given.",
+    )
+    radius_m: float = declare(
+        0.01, "Known radius R of the chamber, which gives the scale.", limits.RADIUS
+    )
+    centre_u_px: float = declare(
+        nan,
+        "Column u of the centre of the wall's circle, given with v and the radius or not at all.",
+        limits.PLACE_PX,
+        **_LOOKED_FOR,
+    )
+    centre_v_px: float = declare(
+        nan, "Row v of the centre of the wall's circle.", limits.PLACE_PX, **_LOOKED_FOR
+    )
+    radius_px: float = declare(nan, "Radius of the wall's circle.", limits.RADIUS_PX, **_LOOKED_FOR)
+    centre_b_u_px: float = declare(
+        nan,
+        "Column u of the centre of a second chamber, whose exit faces the first one.",
+        limits.PLACE_PX,
+        **_NOT_GIVEN_PX,
+    )
+    centre_b_v_px: float = declare(
+        nan, "Row v of the centre of a second chamber.", limits.PLACE_PX, **_NOT_GIVEN_PX
+    )
+    radius_b_px: float = declare(
+        nan, "Radius of a second chamber.", limits.RADIUS_PX, **_NOT_GIVEN_PX
+    )
+    exit_deg: float = declare(
+        nan,
+        "Direction of the exit, counter-clockwise from the picture's right.",
+        limits.ANGLE,
+        **_LOOKED_FOR,
+    )
+    exit_width_m: float = declare(
+        nan, "Width W of the exits.", limits.EXIT_WIDTH, or_else=nan, means="measured"
+    )
+    depth_m: float = declare(
+        1.5e-3,
+        "Thickness h of the sheet, which a picture from above does not show.",
+        limits.DEPTH,
+    )
+    passage_m: float = declare(
+        nan,
+        "Length L of the passage.",
+        limits.PASSAGE_LENGTH,
+        or_else=nan,
+        means="measured where both chambers are in view, else the paper's",
+    )
+    px_per_mm: float = declare(
+        nan,
+        "Scale of pictures without a chamber.",
+        limits.PX_PER_MM,
+        or_else=nan,
+        means="not known",
+    )
+    hold_back_frames: int = declare(
+        256,
+        "Most frames that wait for the decision which end is the head.",
+        limits.Limit(0, 1e5, "frames"),
+    )
+    calibration_frames: int = declare(
+        10,
+        "Pictures that may fail to show a chamber before the tracker gives up.",
+        limits.Limit(1, 1e5, "frames"),
+    )
+    max_megapixels: float = declare(
+        MAX_MEGAPIXELS, "Larger pictures are bad ones: they are not decoded.", MEGAPIXELS
+    )
 
     def __post_init__(self) -> None:
-        if self.polarity not in tuple(Polarity):
-            raise TrackerError(f"polarity must be 'dark' or 'bright', not {self.polarity!r}")
+        wrong = first_refusal_of(self)
+        if wrong:
+            raise TrackerError(wrong)
         object.__setattr__(self, "polarity", Polarity(self.polarity))
         self._check_circles()
         if self.no_chamber and (self.chamber_given or isfinite(self.exit_deg)):
             raise TrackerError("no_chamber contradicts a given chamber or exit: leave one of them")
-        wrong = limits.first_refusal(self, TRACKER_LIMITS, MAY_LACK)
-        if wrong:
-            raise TrackerError(wrong)
         if isfinite(self.px_per_mm) and not self.no_chamber:
             raise TrackerError(
                 "px_per_mm (--px-per-mm) is the scale of pictures without a chamber, whose radius "

@@ -1,7 +1,6 @@
 """The tracker as a ROS node: pictures in, `worm/*` and `chamber/*` out, a state for every frame."""
 
 import sys
-from dataclasses import fields
 from math import isfinite
 from typing import Any
 
@@ -16,6 +15,7 @@ from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.camera_view import pinhole
 from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.convert.stamp import header
+from worm_msgs_py.declarations import Declaration, declarations
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Ledger
@@ -44,27 +44,6 @@ _OUT = {
     *_POSES,
 }
 
-DESCRIPTIONS = {
-    "polarity": "How the worm looks against its surroundings: dark or bright.",
-    "no_chamber": "The pictures show no rig: nothing is looked for.",
-    "radius_m": "Known radius R of the chamber, m; gives the scale.",
-    "centre_u_px": "The wall's circle where it is given: u of its centre, px; NaN: looked for.",
-    "centre_v_px": "The wall's circle where it is given: v of its centre, px; NaN: looked for.",
-    "radius_px": "The wall's circle where it is given: its radius, px; NaN: looked for.",
-    "centre_b_u_px": "A second chamber's circle where it is given: u of its centre, px.",
-    "centre_b_v_px": "A second chamber's circle where it is given: v of its centre, px.",
-    "radius_b_px": "A second chamber's circle where it is given: its radius, px.",
-    "exit_deg": "Direction of the exit, degrees counter-clockwise from the picture's right; NaN: "
-    "looked for.",
-    "exit_width_m": "Width W of the exits, m; NaN: measured.",
-    "depth_m": "Thickness h of the sheet, m; a picture does not show it.",
-    "passage_m": "Length L of the passage, m; NaN: measured where both chambers are in view.",
-    "px_per_mm": "Scale of pictures without a chamber; NaN: unknown.",
-    "hold_back_frames": "Most frames that wait for the decision which end is the head.",
-    "max_megapixels": "Larger pictures are bad ones: they are not decoded.",
-    "calibration_frames": "Pictures that may fail to show a chamber before the tracker gives up.",
-}
-
 
 class TrackerNode(WormNode):
     """Tracks the worm in the pictures of one source.
@@ -76,9 +55,6 @@ class TrackerNode(WormNode):
 
     Notes
     -----
-    ROS parameters, read once: those of `TrackerParameters`, and ``live`` (false), which takes the
-    latest picture of a driver that is not ours (best effort) where otherwise none may be skipped.
-
     Each time that head and tail are exchanged, `/diagnostics` says so: a status of its own, with
     the frame and the stamp from which it holds. The service ``~/swap_head`` (std_srvs/Trigger) does
     it by hand, for the frames that are held back and for the rest of the trial.
@@ -93,6 +69,15 @@ class TrackerNode(WormNode):
         Where a parameter is out of range, or no chamber is found (out of the executor).
     """
 
+    PARAMETERS = (
+        *declarations(TrackerParameters),
+        Declaration(
+            "live",
+            False,
+            "Take the latest picture of a driver that is not ours (best effort), and skip others; "
+            "otherwise none may be skipped.",
+        ),
+    )
     STATE = (
         "_tracker",
         "_pictures",
@@ -109,10 +94,11 @@ class TrackerNode(WormNode):
     def __init__(self, **node_arguments: Any):
         super().__init__(NAME, **node_arguments)
         try:
-            parameters, self._live = self._read_parameters()
+            parameters = self.read_parameters(TrackerParameters)
         except BaseException:
             self.destroy_node()
             raise
+        self._live = bool(self.read_parameter("live"))
         self._tracker = Tracker(parameters)
         self._pictures = PictureStream(parameters.max_megapixels)
         self._announced = 0
@@ -152,15 +138,6 @@ class TrackerNode(WormNode):
     def missing(self) -> str:
         """What is still to come, for people."""
         return self._end.missing
-
-    def _read_parameters(self) -> tuple[TrackerParameters, bool]:
-        values = {}
-        for field in fields(TrackerParameters):
-            default = str(field.default) if field.name == "polarity" else field.default
-            values[field.name] = self.read_parameter(field.name, default, DESCRIPTIONS[field.name])
-        about = "Take the latest picture of a driver that is not ours, and skip others."
-        live = bool(self.read_parameter("live", False, about))
-        return TrackerParameters(**values), live
 
     def _on_picture(self, msg: Any) -> None:
         if self._end.done or not self._pictures.is_mine(msg):

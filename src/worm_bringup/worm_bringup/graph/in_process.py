@@ -129,7 +129,8 @@ def _made(
         stack.callback(executor.shutdown)
         nodes: list[Node] = []
         for spec in specs:
-            nodes.append(spec.make(context=context, namespace=namespace))
+            served = reach is not Reach.OWN
+            nodes.append(spec.make(context=context, namespace=namespace, served=served))
             stack.callback(nodes[-1].destroy_node)
             executor.add_node(nodes[-1])
         yield executor, nodes

@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.ros.worm_node import refuse_unknown_parameters
+from worm_msgs_py.ros.worm_node import WormNode, refuse_unknown_parameters
 from worm_msgs_py.text import printable
 
 
@@ -36,8 +36,16 @@ class NodeSpec:
     name: str
     parameters: Mapping[str, Any] = field(default_factory=dict)
 
-    def make(self, *, context: Context | None = None, namespace: str = "") -> Node:
+    def make(
+        self, *, context: Context | None = None, namespace: str = "", served: bool = False
+    ) -> Node:
         """Create the node.
+
+        Parameters
+        ----------
+        served : bool
+            Whether a node of ours has parameter services. Where nobody can call them they cost
+            time: the executor looks at all of them in every wait.
 
         Raises
         ------
@@ -49,9 +57,13 @@ class NodeSpec:
             Parameter(name, value=str(value) if isinstance(value, Path) else value)
             for name, value in self.parameters.items()
         ]
+        kind = _node_class(self.module)
+        quiet = (
+            {} if served or not issubclass(kind, WormNode) else {"start_parameter_services": False}
+        )
         try:
-            node = _node_class(self.module)(
-                context=context, namespace=namespace, parameter_overrides=overrides
+            node = kind(
+                context=context, namespace=namespace, parameter_overrides=overrides, **quiet
             )
         except InvalidParameterTypeException as error:
             raise BadInput(f"node {self.name}: {error}") from None

@@ -18,6 +18,7 @@ from worm_bringup.overlay.views import FrameViews
 from worm_bringup.recorder.recording import Recording
 from worm_bringup.recorder.result_bag import ResultBag
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
+from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.qos import FLOW
@@ -44,17 +45,24 @@ def _told_in_a_line() -> Iterator[None]:
         ) from error
 
 
+def _no_empty_directory(out: str) -> str:
+    """Return what is wrong with a directory to write into."""
+    if out and Path(out).is_dir() and not any(Path(out).iterdir()):
+        return ""
+    return f"is {out or 'no directory'}: give an existing, empty directory"
+
+
+def _no_json_object(text: str) -> str:
+    """Return what is wrong with the provenance."""
+    try:
+        wrong = not isinstance(json.loads(text), dict)
+    except ValueError:
+        wrong = True
+    return f"is {text!r}: give a JSON object" if wrong else ""
+
+
 class RecorderNode(WormNode):
     """Writes the results of one trial into a directory.
-
-    Parameters (read once)
-    ----------------------
-    out : str
-        An existing, empty directory.
-    expect : list of str
-        Nodes whose announcement it waits for.
-    provenance : str
-        JSON object that goes into the summary as it is.
 
     Its state is what it was sent: `journal` is a list where the messages are to be kept that have
     come since it was last emptied, and `take_again` takes them anew, to the same files.
@@ -65,17 +73,26 @@ class RecorderNode(WormNode):
         `out` is not an existing, empty directory.
     """
 
-    def __init__(self, **node_arguments: Any):
-        super().__init__("recorder", **node_arguments)
-        out = _empty_directory(self.read_parameter("out", "", "an existing, empty directory"))
-        announcers = self.read_parameter(
+    PARAMETERS = (
+        Declaration("out", "", "An existing, empty directory.", check=_no_empty_directory),
+        Declaration(
             "expect",
             ["image_source", "tracker", "analysis", "model"],
-            "nodes that announce their end",
-        )
-        self._provenance = json.loads(
-            self.read_parameter("provenance", "{}", "JSON object for the summary")
-        )
+            "Nodes whose announcement of their end is waited for.",
+        ),
+        Declaration(
+            "provenance",
+            "{}",
+            "JSON object that goes into the summary as it is.",
+            check=_no_json_object,
+        ),
+    )
+
+    def __init__(self, **node_arguments: Any):
+        super().__init__("recorder", **node_arguments)
+        out = Path(self.read_parameter("out"))
+        announcers = self.read_parameter("expect")
+        self._provenance = json.loads(self.read_parameter("provenance"))
         self._bag_dropped = False
         with _told_in_a_line():
             self._recording = Recording(out)
@@ -271,15 +288,6 @@ def _deserialised(data: bytes, kind: type) -> Any:
         return deserialize_message(data, kind)
     except RuntimeError as error:  # rclpy's RMWError
         raise MalformedMessage(str(error)) from None
-
-
-def _empty_directory(out: str) -> Path:
-    if not out or not Path(out).is_dir() or any(Path(out).iterdir()):
-        raise BadInput(
-            f"recorder: {out or 'no directory'}: set the parameter `out` to an existing, empty "
-            "directory"
-        )
-    return Path(out)
 
 
 def main(args: list[str] | None = None) -> int:

@@ -18,17 +18,14 @@ from worm_model.inference.escape import EscapeTimes, escape_time
 from worm_model.inference.fit import LOWEST, REVERSAL_NAMES, Speed, WalkFit, interval_of
 from worm_model.inference.required_reversal import trial_needs
 from worm_msgs_py import Comparison, Correlation, ModelQuantity, Quantity
+from worm_msgs_py.declarations import declare, first_refusal_of
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.intervals import NOTHING, Interval
-from worm_msgs_py.limits import Limit, first_refusal
+from worm_msgs_py.limits import Limit
 from worm_msgs_py.paper import SUCCESS, TRIAL_S
 from worm_msgs_py.units import MM_PER_M
 
-MODEL_LIMITS = {
-    "longest_lag_s": Limit(1e-3, 86_400.0, "s"),
-    "lag_step_s": Limit(1e-3, 86_400.0, "s"),
-    "forecast_interval_s": Limit(1e-3, 86_400.0, "s"),
-}
+_MODEL_SPAN = Limit(1e-3, 86_400.0, "s")
 MOST_MODEL_LAGS = 10_000
 PER_TRIAL = f"per {TRIAL_S / 60:.0f} min"
 
@@ -37,42 +34,32 @@ PER_TRIAL = f"per {TRIAL_S / 60:.0f} min"
 class ModelParameters:
     """Which boundary walk is run, and how often it forecasts.
 
-    Attributes
-    ----------
-    rule : str
-        What a reversal counts: ``per_cycle``, ``per_phase`` or ``rate``
-        (`boundary_walk.ReversalRule`).
-    speed : str
-        The walk's speed: ``v_b``, the mean speed along the wall, or ``v_w``.
-    hop_may_land, effective_width : bool
-        See `boundary_walk.WalkParameters`.
-    longest_lag_s, lag_step_s : float
-        Lags of C_θ.
-    forecast_interval_s : float
-        Time of the stamps between two forecasts.
-
     Raises
     ------
     BadInput
         Where a number makes no sense.
     """
 
-    rule: str = ReversalRule.PER_CYCLE.value
-    speed: str = Speed.TANGENTIAL.value
-    hop_may_land: bool = True
-    effective_width: bool = True
-    longest_lag_s: float = 60.0
-    lag_step_s: float = 0.5
-    forecast_interval_s: float = 0.1
+    rule: str = declare(
+        ReversalRule.PER_CYCLE.value,
+        "What a reversal counts (boundary_walk.ReversalRule).",
+        choices=tuple(ReversalRule),
+    )
+    speed: str = declare(
+        Speed.TANGENTIAL.value,
+        "The walk's speed: v_b, the mean speed along the wall, or v_w.",
+        choices=tuple(Speed),
+    )
+    hop_may_land: bool = declare(True, "Whether a hop that ends above the exit finds it.")
+    effective_width: bool = declare(True, "Whether the exit is √(W² + h²) wide.")
+    longest_lag_s: float = declare(60.0, "Longest lag of the walk's C_θ(t).", _MODEL_SPAN)
+    lag_step_s: float = declare(0.5, "Step of the lags.", _MODEL_SPAN)
+    forecast_interval_s: float = declare(
+        0.1, "Time of the frames' stamps between two forecasts.", _MODEL_SPAN
+    )
 
     def __post_init__(self) -> None:
-        for name, value, known in (
-            ("rule", self.rule, list(ReversalRule)),
-            ("speed", self.speed, list(Speed)),
-        ):
-            if value not in known:
-                raise BadInput(f"{name} is {value!r}; known: {', '.join(known)}")
-        wrong = first_refusal(self, MODEL_LIMITS)
+        wrong = first_refusal_of(self)
         if wrong:
             raise BadInput(wrong)
         if not self.longest_lag_s / MOST_MODEL_LAGS <= self.lag_step_s <= self.longest_lag_s:

@@ -25,6 +25,8 @@ class SourceEventKind(StrEnum):
     """The source ended before its time: the trial is not whole."""
     WHAT_TO_TRY = "what_to_try"
     """Most frames gave no pose for one reason, or poses of what is no worm: what to do about it."""
+    PARAMETER_CHANGED = "parameter_changed"
+    """A parameter of a node was changed while the trial ran; it holds from this frame on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +55,14 @@ class SourceEvent:
     why: str
     duration_s: float = 0.0
     count: int = 0
+
+
+def parameter_changed(
+    node: str, name: str, before: Any, value: Any, frame: int, stamp_ns: int
+) -> SourceEvent:
+    """Return the event that a parameter has another value from a frame on."""
+    why = f"{node}: {name} changed from {before!r} to {value!r}"
+    return SourceEvent(SourceEventKind.PARAMETER_CHANGED, frame, stamp_ns, why)
 
 
 def read_source_events(entries: Iterable[Mapping[str, Any]]) -> tuple[SourceEvent, ...]:
@@ -100,4 +110,6 @@ def _line(kind: SourceEventKind, events: list[SourceEvent]) -> str:
         return f"the record is not whole: {first}"
     if kind is SourceEventKind.WHAT_TO_TRY:
         return first
+    if kind is SourceEventKind.PARAMETER_CHANGED:
+        return "; ".join(f"from frame {event.frame} on {event.why}" for event in events)
     return f"ended before its time: {first}"

@@ -2,20 +2,20 @@
 
 from collections import Counter
 from collections.abc import Callable
-from difflib import get_close_matches
 from operator import attrgetter
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import ParameterDescriptor
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 
 from worm_msgs_py import topics
+from worm_msgs_py.declarations import Declaration, declarations
 from worm_msgs_py.errors import BadInput, MalformedMessage
-from worm_msgs_py.limits import Limit
+from worm_msgs_py.ros.parameters import FIXED, descriptor, of_its_kind, unknown_parameter
 from worm_msgs_py.ros.qos import RESULT
 from worm_msgs_py.ros.turn import Turn
 from worm_msgs_py.text import printable
@@ -24,9 +24,11 @@ _LONGEST = 200
 
 _OF_RCLPY = ("qos_overrides.", "use_sim_time", "start_type_description_service")
 
+Parameters = TypeVar("Parameters")
+
 
 class WormNode(Node):
-    """A node whose endpoints have no handlers of QoS events, and which has no parameter services.
+    """A node whose endpoints have no handlers of QoS events, and whose parameters are checked.
 
     rclpy gives each publisher and subscription two handlers by default, which warn of a partner
     with another QoS. The executor builds all of them into every wait: with forty endpoints whose
@@ -37,53 +39,94 @@ class WormNode(Node):
     ----------
     ignored : Counter
         Messages that were not the graph's, by topic.
+    PARAMETERS : tuple of Declaration
+        All that the node may be told; it has them, checked, before its own constructor goes on.
     STATE : tuple of str
         The attributes, dotted where they lie deeper, that tell all of what the node has taken and
         given so far: with them, another node of the same parameters goes on where this one is.
     """
 
     STATE: ClassVar[tuple[str, ...]] = ()
+    PARAMETERS: ClassVar[tuple[Declaration, ...]] = ()
 
     def __init__(self, name: str, **node_arguments: Any) -> None:
         self.ignored: Counter[str] = Counter()
         self._complaints: Any = None
-        super().__init__(name, start_parameter_services=False, **node_arguments)
+        self._declared = {declared.name: declared for declared in self.PARAMETERS}
+        self._values: dict[str, Any] = {}
+        super().__init__(name, **node_arguments)
+        try:
+            for declared in self.PARAMETERS:
+                self._declare(declared)
+        except BaseException:
+            super().destroy_node()  # a node's own destroys what there is not yet
+            raise
 
-    def read_parameter(
-        self,
-        name: str,
-        default: Any,
-        description: str,
-        limit: Limit | None = None,
-        *,
-        or_else: float | None = None,
-    ) -> Any:
-        """Declare a parameter that is read once, with what it is for; return its value.
-
-        Parameters
-        ----------
-        default
-            Its type is the parameter's; may be a `rclpy.parameter.Parameter.Type` where there is no
-            sensible one. A whole number is taken where the default is a float, as YAML writes it.
-        limit : Limit, optional
-            What it may be.
-        or_else : float, optional
-            A value beyond the limit that has a meaning of its own.
-
-        Raises
-        ------
-        BadInput
-            It is out of its limits.
-        """
+    def _declare(self, declared: Declaration) -> None:
+        """Declare a parameter with what is given for it, once that is found right."""
+        name = declared.name
         given = self._parameter_overrides.get(name)
-        if given is not None and isinstance(default, float) and type(given.value) is int:
-            self._parameter_overrides[name] = Parameter(name, value=float(given.value))
-        descriptor = ParameterDescriptor(description=description, read_only=True)
-        value = self.declare_parameter(name, default, descriptor).value
-        wrong = "" if limit is None or value == or_else else limit.refusal(value)
-        if wrong:
-            raise BadInput(f"node {self.get_name()}: {name} {wrong}")
-        return value
+        if given is None:
+            value = declared.default
+        else:
+            wrong = declared.refusal(given.value)
+            if wrong:
+                raise BadInput(f"node {self.get_name()}: {name} {wrong}")
+            value = of_its_kind(given, declared).value
+        self._values[name] = value
+        shown = value if declared.shown is None else declared.shown(value)
+        self.declare_parameter(name, shown, descriptor(declared), ignore_override=True)
+
+    def read_parameter(self, name: str) -> Any:
+        """Return the value of a parameter that is among `PARAMETERS`."""
+        return self._values[name]
+
+    def read_parameters(self, kind: type[Parameters]) -> Parameters:
+        """Return the dataclass whose fields are parameters of this node (see `declarations`)."""
+        return kind(
+            **{declared.name: self._values[declared.name] for declared in declarations(kind)}
+        )
+
+    def set_parameters(self, parameter_list: list[Parameter]) -> list[SetParametersResult]:
+        """Set parameters one by one, as `set_parameters_atomically` does."""
+        return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set all or none; a refusal says why in a line, where rclpy raises or says less."""
+        for parameter in parameter_list:
+            wrong = self._refusal_to_set(parameter)
+            if wrong:
+                return SetParametersResult(successful=False, reason=wrong)
+        kept = [
+            of_its_kind(parameter, self._declared[parameter.name])
+            if parameter.name in self._declared
+            else parameter
+            for parameter in parameter_list
+        ]
+        result = super().set_parameters_atomically(kept)
+        for parameter in kept if result.successful else []:
+            before = self._values.get(parameter.name)
+            if parameter.name in self._declared and before != parameter.value:
+                self._values[parameter.name] = parameter.value
+                self.take_change(parameter.name, before, parameter.value)
+        return result
+
+    def _refusal_to_set(self, parameter: Parameter) -> str:
+        declared = self._declared.get(parameter.name)
+        if declared is None:
+            known = parameter.name in self._parameters
+            return (
+                "" if known else unknown_parameter(self.get_name(), parameter.name, self._declared)
+            )
+        wrong = declared.refusal(parameter.value) or ("" if declared.changes else FIXED)
+        return f"{parameter.name} {wrong}" if wrong else self.why_no_change()
+
+    def why_no_change(self) -> str:
+        """Return why no parameter may be changed at this time; empty where it may."""
+        return ""
+
+    def take_change(self, name: str, before: Any, value: Any) -> None:
+        """Take a parameter's new value, and see that the results tell of it."""
 
     def checkpoint(self) -> dict[str, Any]:
         """Return the node's state, which can be pickled; take it between callbacks."""
@@ -169,12 +212,7 @@ def refuse_unknown_parameters(node: Node) -> None:
     BadInput
         Names the first of them, and the declared one that is most like it.
     """
-    known = sorted(set(node._parameters) - {"use_sim_time"})
+    known = set(node._parameters) - {"use_sim_time"}
     for name in node._parameter_overrides:
-        if name in node._parameters or name.startswith(_OF_RCLPY):
-            continue
-        like = get_close_matches(name, known, n=1)
-        guess = f"did you mean {like[0]!r}? " if like else ""
-        raise BadInput(
-            f"node {node.get_name()} has no parameter {name!r}: {guess}it has {', '.join(known)}"
-        )
+        if name not in node._parameters and not name.startswith(_OF_RCLPY):
+            raise BadInput(unknown_parameter(node.get_name(), name, known))

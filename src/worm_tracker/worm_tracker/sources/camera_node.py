@@ -6,13 +6,13 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
+from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 from worm_msgs_py.ros.qos import IMAGE_REPLAY
@@ -38,27 +38,40 @@ class CameraNode(SourceNode):
     An outage is told at once in the log and on `/diagnostics`, and on `source/events` when it is
     over. A camera that is lost for good ends the stream, with an event that says so.
 
-    Parameters (read once)
-    ----------------------
-    camera : str
-        A V4L2 device, an HTTP (MJPEG) or RTSP address, or a video file (see `Camera`). What ROS
-        shows of it has no password: parameters can be read by every node.
-    record : str
-        Directory into which every picture that is sent is recorded; empty: none. Its replay gives
-        the same frames with the same stamps, and so the same results.
-    pictures : str
-        Directory in which some of the pictures are kept, for a report; empty: none.
-    reconnect : float
-        Seconds for which a device or stream that has stopped is opened anew.
-    reconnect_delay, stall : float
-        Seconds before the first attempt, and without a frame until it has stopped.
-
     Raises
     ------
     BadInput
         The camera cannot be opened, or the record cannot be written.
     """
 
+    PARAMETERS: ClassVar[tuple[Declaration, ...]] = (
+        Declaration(
+            "camera",
+            "",
+            "A V4L2 device, an HTTP (MJPEG) or RTSP address, or a video file; ROS shows no "
+            "password of it.",
+            shown=shown_address,
+        ),
+        Declaration(
+            "record",
+            "",
+            "Directory into which every picture that is sent is recorded; empty: none. Its replay "
+            "gives the same frames with the same stamps, and so the same results.",
+        ),
+        Declaration(
+            "pictures",
+            "",
+            "Directory in which some of the pictures are kept, for a report; empty: none.",
+        ),
+        Declaration(
+            "reconnect",
+            600.0,
+            "Time for which a device or stream that has stopped is opened anew.",
+            RECONNECT,
+        ),
+        Declaration("reconnect_delay", 0.5, "Time before the first attempt.", SECONDS),
+        Declaration("stall", 5.0, "Time without a frame: the stream has stopped.", SECONDS),
+    )
     endless = True
 
     def __init__(self, **node_arguments: Any) -> None:
@@ -86,18 +99,14 @@ class CameraNode(SourceNode):
 
     def _open_camera(self) -> Camera:
         parameter = self.read_parameter
-        address = self._read_address()
-        about = "seconds to look for a lost camera"
-        reconnect_s = parameter("reconnect", 600.0, about, RECONNECT)
-        delay_s = parameter("reconnect_delay", 0.5, "seconds before the first attempt", SECONDS)
-        about = "seconds without a frame: the stream has stopped"
-        stall_s = parameter("stall", 5.0, about, SECONDS)
+        if not parameter("camera"):
+            raise BadInput("no camera was given; set the parameter `camera`")
         wake = self.create_guard_condition(lambda: None)
         camera = Camera(
-            address,
-            reconnect_s=reconnect_s,
-            reconnect_delay_s=delay_s,
-            stall_s=stall_s,
+            parameter("camera"),
+            reconnect_s=parameter("reconnect"),
+            reconnect_delay_s=parameter("reconnect_delay"),
+            stall_s=parameter("stall"),
             on_change=wake.trigger,
             capture=self.capture_instead(),
         )
@@ -109,7 +118,7 @@ class CameraNode(SourceNode):
         return None
 
     def _open_record(self) -> LiveRecord | None:
-        directory = self.read_parameter("record", "", "directory for what is sent; empty: none")
+        directory = self.read_parameter("record")
         if not directory:
             return None
         record = LiveRecord(Path(directory), self._publisher.topic_name)
@@ -117,23 +126,17 @@ class CameraNode(SourceNode):
         return record
 
     def _sample(self) -> SampledPictures | None:
-        about = "directory that some of the pictures are kept in; empty: none"
-        directory = self.read_parameter("pictures", "", about)
+        directory = self.read_parameter("pictures")
         if not directory:
             return None
         sampled = SampledPictures(Path(directory))
         self._opened.callback(sampled.close)
         return sampled
 
-    def _read_address(self) -> str:
-        """Return the camera's address; declare the parameter without its password."""
-        given = self._parameter_overrides.get("camera")
-        address = str(given.value) if given is not None else ""
-        about = ParameterDescriptor(description="device, address or video file", read_only=True)
-        self.declare_parameter("camera", shown_address(address), about, ignore_override=True)
-        if not address:
-            raise BadInput("no camera was given; set the parameter `camera`")
-        return address
+    @property
+    def last_stamp_ns(self) -> int:
+        """Stamp of the last frame that was sent."""
+        return self._last_ns
 
     @property
     def is_watched(self) -> bool:

@@ -55,6 +55,12 @@ class Playback:
         self._paused = False
         self._steps = 0
 
+    def set_rate(self, rate: float, now_s: float) -> None:
+        """Let the clock run at another rate from where it is."""
+        self._position_s = self._position(now_s)
+        self._set_at_s = now_s
+        self._rate = rate
+
     def play_next(self) -> bool:
         """Let one picture through while paused; return whether that was possible."""
         self._steps += self._paused

@@ -5,11 +5,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from rclpy.parameter import Parameter
 from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import Trigger
 
 from worm_msgs_py import topics
+from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 from worm_msgs_py.ros.qos import IMAGE_REPLAY
@@ -25,32 +25,15 @@ from worm_tracker.sources.source_node import SourceNode, run_source_alone
 class ReplayNode(SourceNode):
     """Plays the pictures of a bag on `image_raw`, or `image_raw/compressed`, byte for byte.
 
-    Parameters (read once; the words are those of the rosbag2 player)
-    ----------------------------------------------------------------
-    bag : str
-        A rosbag2 directory, an .mcap file or a .db3 file.
-    topic : str
-        The bag's topic of pictures; empty: the only one.
-    rate : float
-        1.0 is real time; 0.0 (the default) is as fast as the graph can take it.
-    loop : bool
-        Begin again at the end, until a signal; stamps go on growing.
-    start_offset, playback_duration : float
-        Seconds of recording to leave out, and to play; a duration of -1.0 plays to the end.
-    start_paused : bool
-        Wait for `~/resume` or `~/play_next`.
-    salvage : bool
-        Go over what is damaged in the bag and say what was lost, instead of refusing it.
-    max_chunk_mib, max_megapixels : float
-        Largest piece of the bag, decompressed, and largest picture that are read.
-    window : int
-        Frames in flight between processes; 0: wait for nobody (a graph without a tracker).
+    The words are those of the rosbag2 player.
 
     Services
     --------
     `~/pause`, `~/resume`, `~/toggle_paused`, `~/is_paused` (its `success` is the answer),
     `~/play_next`. They are named as rosbag2's, and are `std_srvs/Trigger`: `rosbag2_interfaces`
-    has no wheel. No standard service carries a number, so there is no `~/set_rate` and no `~/seek`.
+    has no wheel. What is its `~/set_rate` is here the parameter `rate`, which may change while the
+    recording plays. There is no `~/seek`: results rest on every picture before them, and a part of
+    a recording is chosen by `start_offset` and `playback_duration` instead.
 
     Raises
     ------
@@ -58,16 +41,57 @@ class ReplayNode(SourceNode):
         As `BagPictures`, before anything is published.
     """
 
+    PARAMETERS = (
+        Declaration("bag", "", "A rosbag2 directory, an .mcap file or a .db3 file."),
+        Declaration("topic", "", "The bag's topic of pictures; empty: the only one."),
+        Declaration(
+            "rate",
+            0.0,
+            "1.0 is real time, 0.0 as fast as the graph can take it.",
+            RATE,
+            changes=True,
+        ),
+        Declaration("loop", False, "Begin again at the end, until a signal; stamps go on growing."),
+        Declaration("start_offset", 0.0, "Time of the recording to leave out.", START_OFFSET),
+        Declaration(
+            "playback_duration",
+            -1.0,
+            "Time of the recording to play.",
+            PLAYBACK,
+            or_else=-1.0,
+            means="to the end",
+        ),
+        Declaration("start_paused", False, "Wait for ~/resume or ~/play_next."),
+        Declaration(
+            "salvage",
+            False,
+            "Go over what is damaged in the bag and say what was lost, instead of refusing it.",
+        ),
+        Declaration(
+            "max_chunk_mib",
+            MAX_CHUNK_MIB,
+            "Largest piece of the bag, decompressed, that is read.",
+            CHUNK_MIB,
+        ),
+        Declaration("max_megapixels", MAX_MEGAPIXELS, "Larger pictures are bad ones.", MEGAPIXELS),
+        Declaration(
+            "window",
+            8,
+            "Frames in flight between processes; 0: wait for nobody (a graph without a tracker).",
+            Limit(0, 1000, "frames"),
+        ),
+    )
     STATE = (*SourceNode.STATE, "_bad", "_cursor.last_ns", "_cursor.losses_told")
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(**node_arguments)
         self._bad = BadMessages()
         try:
-            self._playback = self._read_playback()
-            self.endless = self.read_parameter("loop", False, "begin again at the end")
-            about = "frames in flight between processes; 0: any number"
-            self.window = self.read_parameter("window", 8, about, Limit(0, 1000))
+            self._playback = Playback(
+                self.read_parameter("rate"), paused=self.read_parameter("start_paused")
+            )
+            self.endless = self.read_parameter("loop")
+            self.window = self.read_parameter("window")
             self._bag = bag = self._open_bag()
             self._cursor = BagCursor(in_a_loop(bag) if self.endless else bag, bag.losses)
             self._create_services()
@@ -82,34 +106,25 @@ class ReplayNode(SourceNode):
         )
         self._publisher = self.create_publisher(kind, out, IMAGE_REPLAY)
 
-    def _read_playback(self) -> Playback:
-        rate = self.read_parameter("rate", 0.0, "1.0 is real time, 0.0 as fast as can be", RATE)
-        about = "wait for ~/resume or ~/play_next"
-        return Playback(rate, paused=self.read_parameter("start_paused", False, about))
-
     def _open_bag(self) -> BagPictures:
         parameter = self.read_parameter
-        path = parameter("bag", Parameter.Type.STRING, "rosbag2 directory, .mcap or .db3 file")
-        topic = parameter("topic", "", "topic of the pictures; empty: the only one")
-        offset_s = parameter("start_offset", 0.0, "seconds to leave out", START_OFFSET)
-        about = "seconds to play; -1.0: to the end"
-        duration_s = parameter("playback_duration", -1.0, about, PLAYBACK, or_else=-1.0)
-        salvage = parameter("salvage", False, "go over what is damaged, and say what was lost")
-        about = "MiB; the largest piece of the bag, decompressed, that is read"
-        chunk_mib = parameter("max_chunk_mib", MAX_CHUNK_MIB, about, CHUNK_MIB)
-        about = "larger pictures are bad ones"
-        megapixels = parameter("max_megapixels", MAX_MEGAPIXELS, about, MEGAPIXELS)
-        if not path:
+        if not parameter("bag"):
             raise BadInput("no bag was given; set the parameter `bag`")
+        duration_s = parameter("playback_duration")
         return BagPictures(
-            Path(path),
-            topic or None,
-            start_offset_s=offset_s,
+            Path(parameter("bag")),
+            parameter("topic") or None,
+            start_offset_s=parameter("start_offset"),
             playback_duration_s=duration_s if duration_s >= 0.0 else None,
-            salvage=salvage,
-            max_chunk_mib=chunk_mib,
-            max_megapixels=megapixels,
+            salvage=parameter("salvage"),
+            max_chunk_mib=parameter("max_chunk_mib"),
+            max_megapixels=parameter("max_megapixels"),
         )
+
+    @property
+    def last_stamp_ns(self) -> int:
+        """Stamp of the last frame that was sent."""
+        return self._cursor.last_ns
 
     @property
     def is_watched(self) -> bool:
@@ -156,6 +171,11 @@ class ReplayNode(SourceNode):
     def end_now(self) -> None:
         """End a loop where it is."""
         self._cursor.end()
+
+    def take_change(self, name: str, before: Any, value: Any) -> None:
+        """Play at another rate from here on."""
+        super().take_change(name, before, value)
+        self._playback.set_rate(value, time.monotonic())
 
     def pause(self) -> None:
         """Stop playing."""

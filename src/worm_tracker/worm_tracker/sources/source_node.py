@@ -10,6 +10,7 @@ from rclpy.executors import Executor, SingleThreadedExecutor, TimeoutException
 from std_msgs.msg import UInt64, UInt64MultiArray
 
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
+from worm_msgs_py.contract.source_events import parameter_changed
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.ros.interfaces import RESULTS
@@ -117,6 +118,11 @@ class SourceNode(WormNode):
         return self._ended
 
     @property
+    def last_stamp_ns(self) -> int:
+        """Stamp of the last frame that was sent; 0 before the first."""
+        raise NotImplementedError
+
+    @property
     def is_watched(self) -> bool:
         """Whether somebody subscribes to the pictures."""
         raise NotImplementedError
@@ -166,6 +172,14 @@ class SourceNode(WormNode):
         if event.kind is SourceEventKind.ENDED_EARLY:
             self.ended_early = event.why
         self._events.publish(convert.source_events_to_msg([event], event.stamp_ns))
+
+    def why_no_change(self) -> str:
+        """Return that the trial has ended, where it has: its results are told already."""
+        return "the trial has ended" if self._ended else ""
+
+    def take_change(self, name: str, before: Any, value: Any) -> None:
+        """Tell of a changed parameter; it goes into the results."""
+        self._tell(parameter_changed(NAME, name, before, value, self.sent, self.last_stamp_ns))
 
     def _announce_end(self) -> None:
         if not self._ended:
