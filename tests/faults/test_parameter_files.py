@@ -5,7 +5,7 @@ from rclpy.parameter import Parameter
 
 from worm_analysis.analysis_node import AnalysisNode
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.ros.worm_node import refuse_unknown_parameters
+from worm_msgs_py.ros.worm_node import WormNode, refuse_unknown_parameters
 from worm_tracker.tracker_node import TrackerNode
 
 
@@ -25,8 +25,17 @@ def test_a_parameter_that_makes_no_sense_is_named(ros_context, name, value, said
 
 def test_a_misspelt_parameter_is_named_with_the_one_that_may_be_meant(ros_context):
     given = [Parameter("radius_mm", value=10.0)]
-    node = TrackerNode(context=ros_context, parameter_overrides=given)
     with pytest.raises(BadInput, match="no parameter 'radius_mm': did you mean 'radius_m'"):
+        TrackerNode(context=ros_context, parameter_overrides=given)
+
+
+def test_a_misspelt_parameter_of_a_users_own_node_is_refused_once_it_has_declared_its_own(
+    ros_context,
+):
+    given = [Parameter("intervall", value=1.0)]
+    node = WormNode("mine", context=ros_context, parameter_overrides=given)
+    node.declare_parameter("interval", 1.0)
+    with pytest.raises(BadInput, match="no parameter 'intervall': did you mean 'interval'"):
         refuse_unknown_parameters(node)
     node.destroy_node()
 
@@ -34,6 +43,5 @@ def test_a_misspelt_parameter_is_named_with_the_one_that_may_be_meant(ros_contex
 def test_a_whole_number_is_taken_for_a_parameter_that_is_none(ros_context):
     given = [Parameter("max_gap_s", value=2)]
     node = AnalysisNode(context=ros_context, parameter_overrides=given)
-    refuse_unknown_parameters(node)
     assert node.get_parameter("max_gap_s").value == 2.0
     node.destroy_node()

@@ -12,7 +12,7 @@ _IN_WORDS = {
     bool: "true or false",
     int: "a whole number",
     float: "a number",
-    str: "words, in quotation marks where they look like a number",
+    str: "words",
     list: "a list of words",
 }
 
@@ -97,9 +97,10 @@ class Declaration:
         return isinstance(value, self.kind) and (self.kind is bool or not isinstance(value, bool))
 
     def _kind_in_words(self) -> str:
-        if self.choices or self.kind not in (int, float):
-            return self.allowed if self.choices else _IN_WORDS[self.kind]
-        return f"{_IN_WORDS[self.kind]}, {self.allowed}"
+        if self.kind in (int, float):
+            return f"{_IN_WORDS[self.kind]}, {self.allowed}"
+        quoted = self.kind is str and not self.choices
+        return self.allowed + (", in quotation marks" if quoted else "")
 
 
 def declare(default: Any, description: str, limit: Limit | None = None, **more: Any) -> Any:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from picture_bags import START_NS, number_of, stamps, write_bag
+from rcl_interfaces.srv import SetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -15,7 +16,8 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import UInt64, UInt64MultiArray
 from std_srvs.srv import Trigger
 
-from worm_msgs_py import convert, topics
+from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
+from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.qos import FLOW, IMAGE_REPLAY
 from worm_tracker.sources.bags.bag_reader import BagPicture
 from worm_tracker.sources.bags.serialized_images import stamp_of
@@ -48,6 +50,25 @@ def test_a_player_that_falls_behind_catches_up():
     playback.played(0, 0.0)
     assert playback.wait_s(1 * SECOND, 5.0) == 0.0
     assert playback.wait_s(6 * SECOND, 5.0) == pytest.approx(1.0)
+
+
+@given(st.sampled_from([0.0, 0.5, 1.0, 4.0]), st.sampled_from([0.0, 0.25, 2.0]))
+def test_another_rate_holds_from_the_last_picture_on(before, after):
+    playback = Playback(before)
+    for second in range(4):
+        playback.played(second * SECOND, 50.0)  # as fast as can be, or long behind
+    playback.set_rate(after, 50.0)
+    assert playback.wait_s(5 * SECOND, 50.0) == (2.0 / after if after else 0.0)
+    assert playback.wait_s(5 * SECOND, 51.0) == (max(0.0, 2.0 / after - 1.0) if after else 0.0)
+
+
+def test_a_rate_may_be_set_before_the_first_picture_and_while_paused():
+    playback = Playback(0.0, paused=True)
+    playback.set_rate(2.0, 1.0)
+    assert playback.wait_s(0, 1.0) == math.inf
+    playback.resume(3.0)
+    playback.played(0, 3.0)
+    assert playback.wait_s(SECOND, 3.0) == pytest.approx(0.5)
 
 
 def test_a_pause_delays_what_comes_after_it_by_its_length():
@@ -206,3 +227,36 @@ def test_the_window_closes_until_frames_are_taken_and_recorded(stage):
     replay.publish_next()
     replay.publish_next()
     assert report(2, 1, 40) == (2, False)  # the recorder's report overtook the tracker's
+
+
+def test_a_rate_that_is_set_while_it_plays_is_told_and_after_the_end_refused(stage):
+    player = stage()
+    told = []
+    kind, qos = RESULTS[topics.SOURCE_EVENTS]
+    take = lambda msg: told.extend(convert.source_events_from_msg(msg))  # noqa: E731
+    player.viewer.create_subscription(kind, topics.SOURCE_EVENTS, take, qos)
+
+    def set_rate(value):
+        client = player.viewer.create_client(SetParameters, "image_source/set_parameters")
+        asked = Parameter("rate", value=value).to_parameter_msg()
+        future = client.call_async(SetParameters.Request(parameters=[asked]))
+        drain(player.executor)
+        return future.result().results[0]
+
+    for _ in range(2):
+        player.replay.publish_next()
+    assert set_rate(500).successful  # a whole number is a number
+    assert set_rate(500.0).successful  # no change: nothing to tell
+    assert "give 0, or 0.001 to 1000" in set_rate(2000.0).reason
+    while player.replay.publish_next():
+        drain(player.executor)
+    assert player.numbers == [0, 1, 2, 3, 4, 5]
+    (event,) = told
+    assert event == SourceEvent(
+        SourceEventKind.PARAMETER_CHANGED,
+        2,
+        stamps(6)[1],
+        "image_source: rate changed from 0.0 to 500.0",
+    )
+    assert set_rate(1.0).reason == "the trial has ended"
+    assert player.replay.get_parameter("rate").value == 500.0

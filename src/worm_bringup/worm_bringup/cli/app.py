@@ -13,6 +13,7 @@ from worm_bringup.cli.import_ import import_
 from worm_bringup.cli.live import live
 from worm_bringup.cli.lost_terminal import outliving_the_terminal
 from worm_bringup.cli.model import model
+from worm_bringup.cli.node import node
 from worm_bringup.cli.repair import repair
 from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
@@ -58,6 +59,7 @@ def _worm(
 app.command("import")(import_)
 for command in (replay, repair, live, simulate, analyse, evaluate, report, doctor):
     app.command()(command)
+app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(node)
 app.add_typer(model)
 
 

@@ -57,7 +57,7 @@ class NodeSpec:
             Parameter(name, value=str(value) if isinstance(value, Path) else value)
             for name, value in self.parameters.items()
         ]
-        kind = _node_class(self.module)
+        kind = node_class(self.module)
         quiet = (
             {} if served or not issubclass(kind, WormNode) else {"start_parameter_services": False}
         )
@@ -92,7 +92,8 @@ class NodeSpec:
         return cls(module, name, yaml.safe_load(text)[name]["ros__parameters"])
 
 
-def _node_class(module: str) -> type[Node]:
+def node_class(module: str) -> type[Node]:
+    """Return the one subclass of `rclpy.node.Node` that is written in a module."""
     loaded = importlib.import_module(module)
     classes = [
         item

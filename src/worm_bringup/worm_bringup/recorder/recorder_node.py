@@ -91,6 +91,8 @@ class RecorderNode(WormNode):
     def __init__(self, **node_arguments: Any):
         super().__init__("recorder", **node_arguments)
         out = Path(self.read_parameter("out"))
+        if not self.read_parameter("out"):
+            raise BadInput(f"node recorder: out {_no_empty_directory('')}")
         announcers = self.read_parameter("expect")
         self._provenance = json.loads(self.read_parameter("provenance"))
         self._bag_dropped = False

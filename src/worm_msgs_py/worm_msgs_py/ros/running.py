@@ -17,6 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.claims import claim
 from worm_msgs_py.ros.network import Reach, dds_settings, environment, reach_of_a_lone_node
+from worm_msgs_py.ros.parameter_files import files_of_a_rig
 from worm_msgs_py.ros.worm_node import refuse_unknown_parameters
 from worm_msgs_py.text import printable
 
@@ -171,6 +172,7 @@ def run_alone(
     """
     try:
         with ros_of_a_lone_node(args) as reach, stop_on_signals() as stop, ExitStack() as stack:
+            stack.enter_context(files_of_a_rig(sys.argv if args is None else args))
             node = make()
             stack.callback(node.destroy_node)
             refuse_unknown_parameters(node)

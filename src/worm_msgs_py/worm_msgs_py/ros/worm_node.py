@@ -15,6 +15,7 @@ from rclpy.qos import QoSProfile
 from worm_msgs_py import topics
 from worm_msgs_py.declarations import Declaration, declarations
 from worm_msgs_py.errors import BadInput, MalformedMessage
+from worm_msgs_py.ros.parameter_files import for_others
 from worm_msgs_py.ros.parameters import FIXED, descriptor, of_its_kind, unknown_parameter
 from worm_msgs_py.ros.qos import RESULT
 from worm_msgs_py.ros.turn import Turn
@@ -58,6 +59,8 @@ class WormNode(Node):
         try:
             for declared in self.PARAMETERS:
                 self._declare(declared)
+            if self.PARAMETERS:
+                refuse_unknown_parameters(self)
         except BaseException:
             super().destroy_node()  # a node's own destroys what there is not yet
             raise
@@ -212,7 +215,8 @@ def refuse_unknown_parameters(node: Node) -> None:
     BadInput
         Names the first of them, and the declared one that is most like it.
     """
-    known = set(node._parameters) - {"use_sim_time"}
+    known = [name for name in node._parameters if not name.startswith(_OF_RCLPY)]
     for name in node._parameter_overrides:
-        if name not in node._parameters and not name.startswith(_OF_RCLPY):
+        known_elsewhere = name.startswith(_OF_RCLPY) or name in for_others()
+        if name not in node._parameters and not known_elsewhere:
             raise BadInput(unknown_parameter(node.get_name(), name, known))

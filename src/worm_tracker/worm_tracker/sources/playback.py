@@ -35,6 +35,7 @@ class Playback:
         self._steps = 0
         self._first_ns: int | None = None
         self._position_s = 0.0  # of the recording, where the clock was last set
+        self._played_s = 0.0  # where the last picture was
         self._set_at_s: float | None = None
 
     @property
@@ -56,9 +57,9 @@ class Playback:
         self._steps = 0
 
     def set_rate(self, rate: float, now_s: float) -> None:
-        """Let the clock run at another rate from where it is."""
-        self._position_s = self._position(now_s)
-        self._set_at_s = now_s
+        """Let the clock run at another rate from the last picture on, however late that was."""
+        self._position_s = self._played_s
+        self._set_at_s = now_s if self._first_ns is not None else None
         self._rate = rate
 
     def play_next(self) -> bool:
@@ -85,9 +86,10 @@ class Playback:
         """Take note that a picture was sent."""
         if self._first_ns is None:
             self._first_ns = stamp_ns
+        self._played_s = (stamp_ns - self._first_ns) / NS_PER_S
         if self._paused:
             self._steps = max(0, self._steps - 1)
-            self._position_s = (stamp_ns - self._first_ns) / NS_PER_S
+            self._position_s = self._played_s
         if self._set_at_s is None:
             self._set_at_s = now_s
 
