@@ -56,6 +56,8 @@ class Trial:
         Parameters that differ from their defaults.
     namespace : str
         ROS namespace of all nodes, such as ``/rig1``.
+    with_pictures : bool
+        Whether the results' bag holds the pictures of the bag that is played, too.
     """
 
     source: NodeSpec
@@ -63,6 +65,7 @@ class Trial:
     tracker: Mapping[str, Any] = field(default_factory=dict)
     analysis: Mapping[str, Any] = field(default_factory=dict)
     namespace: str = ""
+    with_pictures: bool = False
 
     def nodes(self, out: Path | None) -> list[NodeSpec]:
         """Return all nodes but the source; the recorder where there is something to write to."""
@@ -73,6 +76,8 @@ class Trial:
         ]
         if out is not None:
             parameters = {"out": str(out), "provenance": json.dumps(self._provenance())}
+            if self.with_pictures:
+                parameters["pictures"] = json.dumps(self.source.parameters)
             nodes.append(NodeSpec("worm_bringup.recorder.recorder_node", "recorder", parameters))
         return nodes
 

@@ -64,6 +64,14 @@ def replay(
             rich_help_panel=_PLAYER,
         ),
     ] = False,
+    with_pictures: Annotated[
+        bool,
+        typer.Option(
+            "--with-pictures",
+            help="Copy the pictures into OUT/bag too, as they came: it shows the worm under its "
+            "midline in other software, and can be replayed.",
+        ),
+    ] = False,
     tracker: options.TrackerOptions,
     analysis: options.AnalysisOptions,
     resume: Annotated[
@@ -150,6 +158,7 @@ def replay(
         tracker=tracker.parameters() | {"max_megapixels": max_megapixels},
         analysis=analysis.parameters(no_chamber=tracker.no_chamber),
         namespace=graph.namespace,
+        with_pictures=with_pictures,
     )
     checkpoints = None
     if not (processes or loop):

@@ -24,10 +24,13 @@ class FrameViews:
     ----------
     write : callable
         Takes each message.
+    begin : callable, optional
+        Told the stamp of each frame before its messages are written.
     """
 
-    def __init__(self, write: Write) -> None:
+    def __init__(self, write: Write, begin: Callable[[int], None] | None = None) -> None:
         self._write = write
+        self._begin = begin
         self._states: deque[BodyState] = deque()
         self._midlines: deque[Midline] = deque()
         self._geometries: dict[int, Geometry] = {}
@@ -62,6 +65,8 @@ class FrameViews:
             self._write_frame(self._states.popleft(), self._midlines.popleft())
 
     def _write_frame(self, state: BodyState, midline: Midline) -> None:
+        if self._begin is not None:
+            self._begin(state.stamp_ns)
         self._version = state.geometry or self._version
         geometry = self._geometries.get(self._version)
         if geometry is not None and geometry.chambers:

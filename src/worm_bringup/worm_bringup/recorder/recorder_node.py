@@ -15,6 +15,7 @@ from std_msgs.msg import UInt64
 
 from worm_bringup.freed_memory import give_back_freed_memory
 from worm_bringup.overlay.views import FrameViews
+from worm_bringup.recorder.copied_pictures import CopiedPictures
 from worm_bringup.recorder.recording import Recording
 from worm_bringup.recorder.result_bag import ResultBag
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
@@ -70,7 +71,7 @@ class RecorderNode(WormNode):
     Raises
     ------
     BadInput
-        `out` is not an existing, empty directory.
+        `out` is not an existing, empty directory, or the pictures' bag cannot be read.
     """
 
     PARAMETERS = (
@@ -86,6 +87,13 @@ class RecorderNode(WormNode):
             "JSON object that goes into the summary as it is.",
             check=_no_json_object,
         ),
+        Declaration(
+            "pictures",
+            "{}",
+            "JSON object: parameters of the player whose pictures are copied into the bag; empty: "
+            "none.",
+            check=_no_json_object,
+        ),
     )
 
     def __init__(self, **node_arguments: Any):
@@ -95,11 +103,13 @@ class RecorderNode(WormNode):
             raise BadInput(f"node recorder: out {_no_empty_directory('')}")
         announcers = self.read_parameter("expect")
         self._provenance = json.loads(self.read_parameter("provenance"))
+        player = json.loads(self.read_parameter("pictures"))
+        self._pictures = CopiedPictures(player) if player else None
         self._bag_dropped = False
         with _told_in_a_line():
             self._recording = Recording(out)
-            self._bag = ResultBag(out / "bag")
-        self._views = FrameViews(self._into_bag)
+            self._bag = ResultBag(out / "bag", self._pictures)
+        self._views = FrameViews(self._into_bag, self._copy_picture)
         self._stamp_ns = 0
         self._received: Counter[str] = Counter()
         self._end = StreamEnd(self._finish, self._has_all, announcers)
@@ -154,6 +164,8 @@ class RecorderNode(WormNode):
                 self._recording.close()
             with suppress(OSError):
                 self._bag.close()
+        if self._pictures is not None:
+            self._pictures.close()
         super().destroy_node()
 
     def take_again(self, journal: Journal) -> None:
@@ -221,6 +233,11 @@ class RecorderNode(WormNode):
         geometry = convert.geometry_from_msg(msg)
         self._recording.trial.take_geometry(geometry)
         self._views.add_geometry(geometry)
+
+    def _copy_picture(self, stamp_ns: int) -> None:
+        if self._pictures is not None:
+            picture = self._pictures.next_picture(stamp_ns)
+            self._into_bag(self._pictures.topic, stamp_ns, picture)
 
     def _into_bag(self, topic: str, stamp_ns: int, data: bytes) -> None:
         try:

@@ -16,6 +16,7 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from worm_bringup.overlay.viewer_messages import TYPE_OF_TOPIC, TYPES
+from worm_bringup.recorder.copied_pictures import CopiedPictures
 from worm_msgs_py import topics
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.qos import LATCHED, RESULT
@@ -26,10 +27,16 @@ _FOREVER = QosTime(sec=2147483647, nsec=4294967295)
 class ResultBag:
     """A rosbag2 directory that takes serialised messages.
 
-    Its topics are `interfaces.RESULTS` and those of `viewer_messages`.
+    Its topics are `interfaces.RESULTS`, those of `viewer_messages`, and the pictures' where there
+    are any.
+
+    Parameters
+    ----------
+    path : Path
+    pictures : CopiedPictures, optional
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, pictures: CopiedPictures | None = None):
         self._path = path
         self._is_open = True
         self._writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
@@ -38,6 +45,8 @@ class ResultBag:
         kinds = {topic: (_type_name(kind), qos) for topic, (kind, qos) in RESULTS.items()}
         for topic, kind in TYPE_OF_TOPIC.items():
             kinds[topic] = (kind, LATCHED if topic == topics.TF_STATIC else RESULT)
+        if pictures is not None:
+            kinds[pictures.topic] = (pictures.message_type, RESULT)
         self._connections = {
             topic: self._writer.add_connection(
                 "/" + topic, kind, typestore=TYPES, offered_qos_profiles=[_offered(qos)]

@@ -17,6 +17,7 @@ from picture_bags import (
     image,
     number_of,
     numbered_picture,
+    serialised,
     stamps,
     storage_file,
     write_bag,
@@ -27,7 +28,7 @@ from rosbags.rosbag2 import StoragePlugin
 from worm_msgs_py.errors import BadInput
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.bag_repair import repair_bag
-from worm_tracker.sources.bags.serialized_images import stamp_of, with_stamp
+from worm_tracker.sources.bags.serialized_images import stamp_of, with_frame_id, with_stamp
 from worm_tracker.sources.image_decoder import PictureDecoder
 
 
@@ -257,3 +258,16 @@ def test_all_pictures_are_read_whatever_the_index_counts(tmp_path, counted):
         assert [picture.stamp_ns for picture in pictures] == stamps(20)
         (said,) = pictures.losses
     assert said.why.startswith(f"the bag's index counts {counted} pictures")
+
+
+@given(
+    before=st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=20),
+    after=st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=20),
+    make=st.sampled_from([image, compressed]),
+)
+def test_another_frame_in_the_header_changes_nothing_else(before, after, make):
+    message = make(numbered_picture(3), 123_456_789_012)
+    message.header.frame_id = before
+    renamed = with_frame_id(serialised(message), after)
+    message.header.frame_id = after
+    assert renamed == serialised(message)

@@ -1,4 +1,4 @@
-"""Reads serialised pictures without copying them, and sets their time stamps."""
+"""Reads serialised pictures without copying them, and sets what their headers say."""
 
 import struct
 from dataclasses import dataclass
@@ -45,6 +45,23 @@ def with_stamp(raw: bytes, stamp_ns: int) -> bytes:
     return b"".join((raw[:_STAMP_AT], stamp, memoryview(raw)[_STAMP_ENDS:]))
 
 
+def with_frame_id(raw: bytes, frame_id: str) -> bytes:
+    """Return the message with this frame in its header; the same object where it has it already.
+
+    The fields after the header of both picture messages are aligned to 4 bytes at most, so what
+    follows need not be written anew.
+    """
+    fields = _Fields(raw)
+    fields.number("i", "stamp")
+    fields.number("I", "stamp")
+    if fields.text("frame_id") == frame_id:
+        return raw
+    name = frame_id.encode() + b"\0"
+    size = struct.pack(_format(raw)[0] + "I", len(name))
+    rest = memoryview(raw)[fields.aligned(4) :]
+    return b"".join((raw[:_STAMP_ENDS], size, name, bytes(-len(name) % 4), rest))
+
+
 @dataclass(frozen=True, slots=True)
 class RawPicture:
     """A `sensor_msgs/Image` as it lies in a bag; `data` shares the message's memory."""
@@ -77,7 +94,7 @@ class _Fields:
 
     def number(self, kind: str, what: str) -> int:
         size = struct.calcsize(kind)
-        self._at += -(self._at - 4) % size
+        self._at = self.aligned(size)
         try:
             (value,) = struct.unpack_from(self._order + kind, self._raw, self._at)
         except struct.error:
@@ -97,6 +114,10 @@ class _Fields:
         if letters and not letters.endswith(b"\0"):
             raise ValueError(f"its {what} is damaged")
         return letters[:-1].decode("utf-8", "replace")
+
+    def aligned(self, size: int) -> int:
+        """Return where a field that is aligned to so many bytes comes next."""
+        return self._at + -(self._at - 4) % size
 
     def end(self) -> None:
         if len(self._raw) - self._at > _PADDING:
