@@ -34,10 +34,12 @@ class CopiedPictures:
     Raises
     ------
     BadInput
-        As `BagPictures`.
+        No bag is named; or as `BagPictures`.
     """
 
     def __init__(self, player: Mapping[str, Any]) -> None:
+        if not player.get("bag"):
+            raise BadInput("node recorder: pictures names no bag: give the player's parameters")
         self._bag = BagPictures(
             Path(player["bag"]),
             player.get("topic") or None,
