@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from worm_tracker.midline.self_cover import (
     SelfCoverSettings,
     covered_by_others,
+    ends_on_body,
     lies_near_itself,
 )
 
@@ -99,3 +100,21 @@ def test_a_body_that_lies_on_itself_lies_near_itself(arcs, width):
     curve = laid(arcs, width)
     if covered(curve, width, ALL, MARGIN_PX).any():
         assert lies_near_itself(curve, width, width / NODES_PER_WIDTH)
+
+
+@given(gap=st.floats(0.2, 3.0), long=st.floats(4.0, 9.0), width=WIDTHS, heading=HEADINGS)
+@settings(max_examples=40)
+def test_the_end_that_comes_back_to_the_body_is_the_one_on_it(gap, long, width, heading):
+    """A hairpin whose first leg goes on by four widths: its first end is far from all else."""
+    round_ = round(np.pi * gap / 2 * NODES_PER_WIDTH) / NODES_PER_WIDTH  # a whole half turn
+    curve = laid([(long + 4.0, 0.0), (round_, np.pi / round_), (long, 0.0)], width, heading)
+    step = width / NODES_PER_WIDTH
+    if abs(gap - 1.1) > 0.2:  # bends are drawn in steps
+        assert ends_on_body(curve, 1.1 * width, step) == (False, gap < 1.1)
+        assert ends_on_body(curve[::-1], 1.1 * width, step) == (gap < 1.1, False)
+
+
+@given(turn=st.floats(-3.0, 3.0), width=WIDTHS)
+def test_no_end_of_an_open_body_lies_on_it(turn, width):
+    curve = laid([(20.0, turn / 20.0)], width)
+    assert ends_on_body(curve, 1.1 * width, width / NODES_PER_WIDTH) == (False, False)

@@ -2,16 +2,23 @@
 
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from crawling_worm import FRAME_NS
+from drawn_folds import laid
 
 from worm_model.evaluation.distances import as_given_rms, resampled
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
+from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
+from worm_tracker.midline.path import BodyPath
 from worm_tracker.parameters import TrackerParameters
+from worm_tracker.propagation.body_candidates import PropagationSettings
+from worm_tracker.propagation.propagation import observation_of
 from worm_tracker.tracker import Tracker
+from worm_tracker.worm_track import PropagatedBody
 
 
 def filmed(scene, frames, first=0, px_per_mm=20.0):
@@ -88,3 +95,29 @@ def test_a_loop_waits_for_no_longer_than_it_may_and_its_centroid_is_that_of_its_
     _, given = tracked(pictures, hold_back_frames=4)
     assert {one.state.status for one in given} == {Status.COILED}
     assert max(centroid_errors(given, truth)) < 0.5
+
+
+@pytest.mark.parametrize(("longer", "status"), [(0.0, Status.FOLDED), (2.0, Status.END_HIDDEN)])
+def test_an_end_against_the_body_of_one_shade_is_as_sure_as_the_length_agrees(longer, status):
+    """Seen to turn back by six widths; a body known to be longer may go on unseen."""
+    width = 10.0
+    path = BodyPath(laid([(14.0, 0.0), (1.25, np.pi / 1.25), (6.0, 0.0)], width))
+    widths = np.full(len(path.points), width)
+    model = BodyModel(
+        length=path.length + longer * width,
+        width=width,
+        area=200.0,
+        level=100.0,
+        half_height_width=width,
+        widths=widths,
+        levels=widths,
+        gain=1.0,
+        settings=BodyModelSettings(),
+        first_length=path.length,
+    )
+    body = PropagatedBody(path, 0.95, 0.95, 0j, (1.0, 1.0))
+    told = observation_of(body, model, 0.95, PropagationSettings())
+    assert told.status is status
+    assert told.end_sd_px == pytest.approx((1.0, max(1.0, longer * width)))
+    dark = replace(model, darkening=0.5)  # where overlaps are darker, the end is seen
+    assert observation_of(body, dark, 0.95, PropagationSettings()).status is Status.FOLDED

@@ -72,3 +72,24 @@ def lies_near_itself(path: Complex, width: float, step: float, far_widths: float
     away = np.abs(coarse[:, None] - coarse)
     k = np.arange(n)
     return bool((away[np.abs(k[:, None] - k) > 6] < far_widths * width).any())
+
+
+def ends_on_body(
+    path: Complex, near_px: float, step: float, apart_over_near: float = 2.0
+) -> tuple[bool, bool]:
+    """Tell of each end of a path whether it is nearer than this to another part of it.
+
+    Parameters
+    ----------
+    path : ndarray of complex, shape (n,)
+        At equal steps, u + iv.
+    near_px : float
+    step : float
+        Distance of the path's points, pixels.
+    apart_over_near : float
+        How far along the path, over `near_px`, another part begins.
+    """
+    apart = 1 + round(apart_over_near * near_px / step)
+    first = abs(path[apart:] - path[0]) < near_px
+    last = abs(path[: max(len(path) - apart, 0)] - path[-1]) < near_px
+    return bool(first.any()), bool(last.any())

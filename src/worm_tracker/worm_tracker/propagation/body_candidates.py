@@ -62,6 +62,8 @@ class PropagationSettings:
     """How often a bend is laid anew."""
     most_end_sd_widths: float = 0.35
     """Standard deviation of an end's place from which on it is told as hidden."""
+    near_end_widths: float = 1.1
+    """How near another part of the body an end lies on it or against it."""
     lost_over_limits: float = 6.0
     """How many times what may be left over is left where a body is lost, and others are tried: each
     takes long."""

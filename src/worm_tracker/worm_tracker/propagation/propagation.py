@@ -20,7 +20,7 @@ from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.explained import ExplainedSettings, dark_places
 from worm_tracker.midline.path import path_of
 from worm_tracker.midline.refine import RefinedMidline
-from worm_tracker.midline.self_cover import lies_near_itself
+from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch, PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -113,9 +113,10 @@ def observation_of(
     u, v = body.centroid.real, body.centroid.imag
     width = mean_width(model.widths)
     step = body.path.length / (len(body.points) - 1)
+    end_sd_px = _end_sd_px(body, model, settings)
     first, last = (
         0 if sd < settings.most_end_sd_widths * width else 1 + ceil(2 * sd / step)
-        for sd in body.end_sd_px
+        for sd in end_sd_px
     )
     folded = lies_near_itself(body.path.curve, width, body.path.step)
     seen = Status.FOLDED if folded else Status.TRACKED
@@ -128,8 +129,26 @@ def observation_of(
         confidence,
         model.half_height_width,
         occluded=(min(first, len(body.points)), min(last, len(body.points))),
-        end_sd_px=body.end_sd_px,
+        end_sd_px=end_sd_px,
     )
+
+
+def _end_sd_px(
+    body: PropagatedBody, model: BodyModel, settings: PropagationSettings
+) -> tuple[float, float]:
+    """Return how surely the ends are where they are said to be.
+
+    The picture does not tell an end that lies on the body where overlaps are no darker: edges of
+    what it lies on are taken for its own. It is no surer than the length agrees with the known one.
+    """
+    first, last = body.end_sd_px
+    if model.darkening > settings.explained.least_darkening:
+        return first, last
+    off = abs(body.path.length - model.length)
+    on_first, on_last = ends_on_body(
+        body.path.curve, settings.near_end_widths * model.width, body.path.step
+    )
+    return max(first, off * on_first), max(last, off * on_last)
 
 
 def propagate_back(
