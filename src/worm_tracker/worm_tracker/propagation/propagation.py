@@ -50,16 +50,14 @@ def propagate(
     frames : int
         How many frames ago that was, 1 for the next.
     contour_body : RefinedMidline or None
-        A midline that the contour gave, and that cannot continue the last one: the better of both
-        is taken.
+        A midline that the contour gave, and that seems not to continue the last one.
     settings : PropagationSettings
 
     Notes
     -----
-    An open body that has contracted or stretched is where the contour shows it. Else, where the
-    body, slid along itself, explains the object about as well as it did before, nothing else is
-    tried. Else a deformable body is fitted from there, and slid once more where it was found, which
-    brings it below a pixel.
+    An open body that has contracted or stretched is where the contour shows it. Any other is slid
+    along itself; where that does not explain the object about as well as before, a deformable body
+    is fitted, and slid once more where it was found, which brings it below a pixel.
     """
     scene = CandidateSearch.of(detection, model, last, frames, settings)
     contracted = scene.contracted(contour_body)
