@@ -8,6 +8,7 @@ import pytest
 from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
+from worm_bringup.overlay.frame_join import FrameJoin
 from worm_bringup.overlay.shapes import shapes_of
 from worm_bringup.overlay.viewer_messages import TYPE_OF_TOPIC, TYPES, shapes_to_cdr
 from worm_bringup.overlay.views import FrameViews
@@ -30,15 +31,16 @@ def decoded(topic, data):
 
 def written(states, geometries, order=None):
     """Return topic, stamp and message of all that is written of some frames."""
-    out = []
-    views = FrameViews(lambda topic, stamp_ns, data: out.append((topic, stamp_ns, data)))
-    steps = [(views.add_geometry, item) for item in geometries]
-    steps += [(views.add_state, state) for state in states]
-    steps += [(views.add_midline, Midline.empty()) for _ in states]
-    for add, item in steps if order is None else order(steps):
-        add(item)
-    views.finish()
-    return [(topic, stamp_ns, decoded(topic, data)) for topic, stamp_ns, data in out]
+    join, views = FrameJoin(), FrameViews()
+    steps = [(join.add_geometry, item) for item in geometries]
+    steps += [(join.add_state, state) for state in states]
+    steps += [(join.add_midline, Midline.empty()) for _ in states]
+    frames = [frame for add, item in (order(steps) if order else steps) for frame in add(item)]
+    return [
+        (topic, frame.state.stamp_ns, decoded(topic, data))
+        for frame in (*frames, *join.finish())
+        for topic, data in views.of(frame)
+    ]
 
 
 def states(*versions):

@@ -9,6 +9,7 @@ import typer
 from worm_bringup.cli.analyse import analyse
 from worm_bringup.cli.doctor import doctor
 from worm_bringup.cli.evaluate import evaluate
+from worm_bringup.cli.export import export
 from worm_bringup.cli.import_ import import_
 from worm_bringup.cli.live import live
 from worm_bringup.cli.lost_terminal import outliving_the_terminal
@@ -57,7 +58,7 @@ def _worm(
 
 
 app.command("import")(import_)
-for command in (replay, repair, live, simulate, analyse, evaluate, report, doctor):
+for command in (replay, repair, live, simulate, analyse, evaluate, report, export, doctor):
     app.command()(command)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(node)
 app.add_typer(model)

@@ -73,15 +73,24 @@ class Shapes:
 
     Attributes
     ----------
-    lines, circles : tuple
-        Lines lie below circles, and each below the next.
+    items : tuple of Circle and Polyline
+        Each lies below the next.
     text : str
         What is doubtful of the frame, for the picture's upper left corner; empty where nothing is.
     """
 
-    lines: tuple[Polyline, ...] = ()
-    circles: tuple[Circle, ...] = ()
+    items: tuple[Circle | Polyline, ...] = ()
     text: str = ""
+
+    @property
+    def lines(self) -> list[Polyline]:
+        """Exits and midline."""
+        return [item for item in self.items if isinstance(item, Polyline)]
+
+    @property
+    def circles(self) -> list[Circle]:
+        """Walls, then tail, centroid and head."""
+        return [item for item in self.items if isinstance(item, Circle)]
 
 
 def shapes_of(state: BodyState, midline: Midline, geometry: Geometry | None) -> Shapes:
@@ -102,7 +111,7 @@ def shapes_of(state: BodyState, midline: Midline, geometry: Geometry | None) -> 
     )
     exits = tuple(_exit(c) for c in chambers if isfinite(c.exit_width_m) and c.exit_width_m > 0)
     body = tuple(Polyline(part, Ink(MIDLINE_COLOUR, ink)) for part in _parts(midline))
-    return Shapes(exits + body, walls + _dots(state, ink), _doubt(state))
+    return Shapes((*walls, *exits, *body, *_dots(state, ink)), _doubt(state))
 
 
 def _exit(chamber: Chamber) -> Polyline:

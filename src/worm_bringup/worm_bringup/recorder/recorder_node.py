@@ -14,6 +14,7 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt64
 
 from worm_bringup.freed_memory import give_back_freed_memory
+from worm_bringup.overlay.frame_join import FrameJoin, JoinedFrame
 from worm_bringup.overlay.views import FrameViews
 from worm_bringup.recorder.copied_pictures import CopiedPictures
 from worm_bringup.recorder.recording import Recording
@@ -109,7 +110,7 @@ class RecorderNode(WormNode):
         with _told_in_a_line():
             self._recording = Recording(out)
             self._bag = ResultBag(out / "bag", self._pictures)
-        self._views = FrameViews(self._into_bag, self._copy_picture)
+        self._join, self._views = FrameJoin(), FrameViews()
         self._stamp_ns = 0
         self._received: Counter[str] = Counter()
         self._end = StreamEnd(self._finish, self._has_all, announcers)
@@ -222,22 +223,27 @@ class RecorderNode(WormNode):
         self._check_turn(topics.WORM_STATE, state.frame)
         self._stamp_ns = state.stamp_ns
         self._recording.add_state(state)
-        self._views.add_state(state)
+        self._lay_over(self._join.add_state(state))
 
     def _on_midline(self, msg: Any) -> None:
         midline = convert.midline_from_msg(msg)
         self._recording.add_midline(midline)
-        self._views.add_midline(midline)
+        self._lay_over(self._join.add_midline(midline))
 
     def _on_geometry(self, msg: Any) -> None:
         geometry = convert.geometry_from_msg(msg)
         self._recording.trial.take_geometry(geometry)
-        self._views.add_geometry(geometry)
+        self._lay_over(self._join.add_geometry(geometry))
 
-    def _copy_picture(self, stamp_ns: int) -> None:
-        if self._pictures is not None:
-            picture = self._pictures.next_picture(stamp_ns)
-            self._into_bag(self._pictures.topic, stamp_ns, picture)
+    def _lay_over(self, frames: Iterator[JoinedFrame]) -> None:
+        """Put frames that are whole into the bag: their picture, and what is laid over it."""
+        for frame in frames:
+            stamp_ns = frame.state.stamp_ns
+            if self._pictures is not None:
+                picture = self._pictures.next_picture(stamp_ns)
+                self._into_bag(self._pictures.topic, stamp_ns, picture)
+            for topic, data in self._views.of(frame):
+                self._into_bag(topic, stamp_ns, data)
 
     def _into_bag(self, topic: str, stamp_ns: int, data: bytes) -> None:
         try:
@@ -263,7 +269,7 @@ class RecorderNode(WormNode):
         assert self._end.frames is not None
         self._recording.trial.frames_read = self._end.frames
         self._recording.trial.ignored_messages = self._all_ignored()
-        self._views.finish()
+        self._lay_over(self._join.finish())
         try:
             self._bag.close()
         except OSError as error:
