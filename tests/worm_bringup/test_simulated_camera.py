@@ -26,12 +26,15 @@ def clock(monkeypatch):
 
 def test_frames_come_when_they_are_due_and_a_late_machine_leaves_some_out(clock):
     lines = [np.full((2, 2), k) for k in range(100)]
-    found = simulated_camera._in_time(iter(lines))
+    capture = SimulatedCapture(1)
+    clock[0] = 0.0
+    found = capture._in_time(iter(lines))
     for frame in range(10):
         assert next(found)[0, 0] == frame
         assert clock[0] == pytest.approx(frame / FRAMES_PER_S)
     clock[0] += 1.0
     assert next(found)[0, 0] == 9 + round(FRAMES_PER_S)
+    assert capture.lost == round(FRAMES_PER_S) - 1
 
 
 def test_the_same_seed_films_the_same_worm(clock):

@@ -30,6 +30,11 @@ class SimulatedCapture:
     ----------
     seed : int
         The same seed gives the same worm.
+
+    Attributes
+    ----------
+    lost : int
+        Frames that were left out because the machine was late by one.
     """
 
     def __init__(self, seed: int) -> None:
@@ -38,8 +43,20 @@ class SimulatedCapture:
         lines = frames(worm, rig, seed=seed, duration_s=inf, frames_per_s=FRAMES_PER_S)
         view = one_chamber(SIMULATED_PX_PER_MM, EXIT_WIDTH_MM, Optics(seed=seed))
         filming = Filming(frames_per_s=FRAMES_PER_S, body_width_mm=worm.width_mm)
-        self._film = film(_in_time(lines), view, filming)
+        self.lost = 0
+        self._film = film(self._in_time(lines), view, filming)
         self._frame = next(self._film)
+
+    def _in_time(self, lines: Iterator[Floats]) -> Iterator[Floats]:
+        """Yield each midline when it is due; those that are late by a frame are left out."""
+        began_s = time.monotonic()
+        for frame, line in enumerate(lines):
+            wait_s = began_s + frame / FRAMES_PER_S - time.monotonic()
+            if wait_s > -1.0 / FRAMES_PER_S:
+                time.sleep(max(wait_s, 0.0))
+                yield line
+            else:
+                self.lost += 1
 
     def get(self, _property: int) -> float:
         """Return the one property that is asked for: frames a second."""
@@ -56,16 +73,6 @@ class SimulatedCapture:
 
     def release(self) -> None:
         """Do nothing: there is no device to let go of."""
-
-
-def _in_time(lines: Iterator[Floats]) -> Iterator[Floats]:
-    """Yield each midline when it is due; those that are late by a frame are left out."""
-    began_s = time.monotonic()
-    for frame, line in enumerate(lines):
-        wait_s = began_s + frame / FRAMES_PER_S - time.monotonic()
-        if wait_s > -1.0 / FRAMES_PER_S:
-            time.sleep(max(wait_s, 0.0))
-            yield line
 
 
 class SimulatedCameraNode(CameraNode):

@@ -131,7 +131,9 @@ def show_speed(result: RunResult) -> None:
     skipped = result.counts.get("frames skipped")
     if skipped is not None:
         captured = result.counts["frames captured"]
-        console.print(f"{captured} captured, {skipped} skipped")
+        lost = int(result.counts["frames lost"])
+        never = f", {lost} never came" if lost else ""
+        console.print(f"{captured} captured, {skipped} skipped{never}")
     if result.spent_s:
         total = sum(result.spent_s.values())
         shares = ", ".join(

@@ -13,6 +13,8 @@ class SourceEventKind(StrEnum):
     """The camera gave no picture for some time, and came back."""
     LOST = "lost"
     """Pictures of the recording cannot be read; they are not among the frames."""
+    LOST_ON_THE_WAY = "lost_on_the_way"
+    """Pictures that a camera's driver sent and that never came; they are not among the frames."""
     MISCOUNTED = "miscounted"
     """The recording's index counts another number of pictures than there are; all are frames."""
     MISSING_ROWS = "missing_rows"
@@ -102,6 +104,8 @@ def _line(kind: SourceEventKind, events: list[SourceEvent]) -> str:
         if count == 0:
             return f"the recording is damaged, how much is lost is not known: {first}"
         return f"{count} messages of the recording are lost: {first}"
+    if kind is SourceEventKind.LOST_ON_THE_WAY:
+        return f"{count} pictures of the camera's driver never came: {first}"
     if kind in (SourceEventKind.MISCOUNTED, SourceEventKind.MISSING_ROWS):
         return first
     if kind is SourceEventKind.BAD_MESSAGE:

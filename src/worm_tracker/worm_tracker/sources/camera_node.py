@@ -15,17 +15,24 @@ from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
+from worm_msgs_py.ros.camera_driver import hear_driver
 from worm_msgs_py.ros.qos import IMAGE_REPLAY
+from worm_msgs_py.units import NS_PER_S
+from worm_tracker.sources.bags.bad_messages import BadMessages
+from worm_tracker.sources.bags.serialized_images import empty_picture
 from worm_tracker.sources.cameras.camera import Camera
 from worm_tracker.sources.cameras.camera_address import Kind, shown_address
 from worm_tracker.sources.cameras.live_record import LiveRecord
 from worm_tracker.sources.cameras.outages import Outage
 from worm_tracker.sources.cameras.sampled_pictures import SampledPictures
-from worm_tracker.sources.cameras.waiting_frames import CapturedFrame
+from worm_tracker.sources.cameras.topic_camera import TopicCamera
+from worm_tracker.sources.cameras.waiting_frames import MOST_WAITING, CapturedFrame
+from worm_tracker.sources.image_decoder import IMAGE_TYPE, MAX_MEGAPIXELS, MEGAPIXELS
 from worm_tracker.sources.source_node import SourceNode, run_source_alone
 
 RECONNECT = Limit(0.0, 86400.0, "s")
 SECONDS = Limit(1e-3, 3600.0, "s")
+_LOST_TOLD_EVERY_NS = 10 * NS_PER_S
 
 
 class CameraNode(SourceNode):
@@ -34,6 +41,9 @@ class CameraNode(SourceNode):
     The next picture goes out when the tracker has taken the one before. Pictures wait here for up
     to two seconds; where the tracker lags the newest one goes out, and what was skipped is counted
     on `/diagnostics` (see `WaitingFrames`). The first one is captured when the graph is ready.
+
+    A driver's topic takes the place of a camera: frames bear the driver's stamps, and those that
+    were lost on the way are counted by the numbers that DDS gives them.
 
     An outage is told at once in the log and on `/diagnostics`, and on `source/events` when it is
     over. A camera that is lost for good ends the stream, with an event that says so.
@@ -51,6 +61,18 @@ class CameraNode(SourceNode):
             "A V4L2 device, an HTTP (MJPEG) or RTSP address, or a video file; ROS shows no "
             "password of it.",
             shown=shown_address,
+        ),
+        Declaration(
+            "topic",
+            "",
+            "Instead of a camera: the topic of a driver that runs on its own, raw or compressed, "
+            "reliable or best effort.",
+        ),
+        Declaration(
+            "max_megapixels",
+            MAX_MEGAPIXELS,
+            "Larger pictures of a driver are bad ones.",
+            MEGAPIXELS,
         ),
         Declaration(
             "record",
@@ -81,6 +103,8 @@ class CameraNode(SourceNode):
         self._shape: tuple[int, ...] | None = None
         self._last_shape: tuple[int, ...] | None = None
         self._last_ns = 0
+        self._bad = BadMessages()
+        self._lost_told = self._lost_told_ns = 0
         self._publisher = self.create_publisher(Image, topics.IMAGE, IMAGE_REPLAY)
         self._opened = ExitStack()
         try:
@@ -97,10 +121,12 @@ class CameraNode(SourceNode):
             )
         self._camera.start()
 
-    def _open_camera(self) -> Camera:
+    def _open_camera(self) -> Camera | TopicCamera:
         parameter = self.read_parameter
-        if not parameter("camera"):
-            raise BadInput("no camera was given; set the parameter `camera`")
+        if bool(parameter("camera")) == bool(parameter("topic")):
+            raise BadInput("set one of the parameters `camera` and `topic`")
+        if parameter("topic"):
+            return self._open_topic(self.resolve_topic_name(parameter("topic")))
         wake = self.create_guard_condition(lambda: None)
         camera = Camera(
             parameter("camera"),
@@ -110,6 +136,14 @@ class CameraNode(SourceNode):
             on_change=wake.trigger,
             capture=self.capture_instead(),
         )
+        self._opened.callback(camera.stop)
+        return camera
+
+    def _open_topic(self, topic: str) -> TopicCamera:
+        parameter = self.read_parameter
+        patience = parameter("reconnect"), parameter("stall")
+        camera = TopicCamera(topic, *patience, parameter("max_megapixels"))
+        hear_driver(self, topic, camera.take_message, MOST_WAITING)
         self._opened.callback(camera.stop)
         return camera
 
@@ -163,12 +197,12 @@ class CameraNode(SourceNode):
         frame = self._camera.take()
         for outage in self._camera.take_outages():
             self._tell_outage(outage)
+        self._tell_lost(ended and frame is None)
         if frame is None:
             if ended:
                 self._end()
             return not ended
-        self._look_at_size(frame)
-        raw = serialize_message(convert.picture_to_msg(frame.picture, frame.stamp_ns))
+        raw = self._message(frame)
         if self._record is not None:
             self._say_of_record(self._record.write(frame.stamp_ns, raw), frame.stamp_ns)
         if self._sampled is not None:
@@ -177,6 +211,19 @@ class CameraNode(SourceNode):
         self._last_ns = frame.stamp_ns
         self._publisher.publish(raw)
         return True
+
+    def _message(self, frame: CapturedFrame) -> bytes:
+        """Return a frame as a serialised Image, an empty one where it is bad; tell which are."""
+        if frame.why_bad:
+            events = self._bad.bad(self.sent, frame.stamp_ns, frame.why_bad)
+        else:
+            events = self._bad.good()
+            self._look_at_size(frame)
+        for event in events:
+            self._tell(event)
+        if frame.why_bad:
+            return empty_picture(frame.stamp_ns, IMAGE_TYPE)
+        return bytes(serialize_message(convert.picture_to_msg(frame.picture, frame.stamp_ns)))
 
     def end_now(self) -> None:
         """End the stream in good order: what was sent is a whole, if shorter, recording."""
@@ -230,6 +277,18 @@ class CameraNode(SourceNode):
         self.get_logger().warning(f"{why} ({outage.reconnections} attempts to reconnect)")
         self._tell(event)
 
+    def _tell_lost(self, at_the_end: bool) -> None:
+        """Tell of frames that never came; those of ten seconds are one event."""
+        lost = self._camera.counts.lost - self._lost_told
+        due = at_the_end or self._last_ns >= self._lost_told_ns + _LOST_TOLD_EVERY_NS
+        if lost and due:
+            why = f"{lost} pictures of {self._camera.shown_address} never came"
+            self._lost_told += lost
+            self._lost_told_ns = self._last_ns
+            self.get_logger().warning(why)
+            kind = SourceEventKind.LOST_ON_THE_WAY
+            self._tell(SourceEvent(kind, self.sent, self._last_ns, why, count=lost))
+
     def _look_at_size(self, frame: CapturedFrame) -> None:
         """Tell where the camera sends pictures of another size: the tracker cannot use them."""
         shape = frame.picture.shape
@@ -268,6 +327,8 @@ class CameraNode(SourceNode):
             self.get_logger().error(f"the camera is lost: {why}")
         if why and not self._ended:
             self._tell(SourceEvent(SourceEventKind.ENDED_EARLY, self.sent, self._last_ns, why))
+        for event in self._bad.end():
+            self._tell(event)
         if self._record is not None:
             self._say_of_record(self._record.close(), self._last_ns)
         self._announce_end()

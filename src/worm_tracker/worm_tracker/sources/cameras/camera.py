@@ -23,7 +23,8 @@ from worm_tracker.sources.cameras.waiting_frames import CapturedFrame, WaitingFr
 class CaptureCounts:
     """What became of the frames; ``captured == taken + skipped + waiting`` at any time.
 
-    `age_s` is the time since the last capture, NaN before the first.
+    `age_s` is the time since the last capture, NaN before the first. `lost` are frames that the
+    camera made and that never came, as far as that is known.
     """
 
     captured: int
@@ -32,6 +33,7 @@ class CaptureCounts:
     waiting: int
     reconnections: int
     age_s: float
+    lost: int = 0
 
 
 class Camera:
@@ -181,7 +183,8 @@ class Camera:
         """What became of the frames so far."""
         counts = self._frames.counts()
         age_s = self.silent_s if counts[0] else math.nan
-        return CaptureCounts(*counts, self._watch.reconnections, age_s)
+        lost = int(getattr(self._capture, "lost", 0))  # of a rig that is simulated
+        return CaptureCounts(*counts, self._watch.reconnections, age_s, lost)
 
     def _open(self) -> Any | None:
         if self._capture_instead is not None:

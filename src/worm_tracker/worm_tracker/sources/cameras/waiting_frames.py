@@ -14,10 +14,14 @@ than the frames that were held back until the head was known take to be analysed
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CapturedFrame:
-    """One frame: grey, shape (h, w) uint8, and when it was captured, nanoseconds since 1970."""
+    """One frame: grey, shape (h, w) uint8, and when it was captured, nanoseconds since 1970.
+
+    Where `why_bad` says why it cannot be used, there is no pixel.
+    """
 
     picture: NDArray[np.uint8]
     stamp_ns: int
+    why_bad: str = ""
 
 
 class WaitingFrames:
