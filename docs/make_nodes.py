@@ -14,12 +14,11 @@ import numpy as np
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from worm_bringup.graph.node_spec import NodeSpec, node_class
-from worm_bringup.graph.nodes import NODES
+from worm_bringup.graph.nodes import NODES, ROS_NAMES
 from worm_bringup.graph.ros_environment import own_context
 from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.ros.worm_node import WormNode
 
-ROS_NAMES = dict.fromkeys(("replay", "camera", "simulated_camera"), "image_source")
 BAG = Path(__file__).parents[1] / "bags" / "larva"
 HEAD = """# Nodes
 

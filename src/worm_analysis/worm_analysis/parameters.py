@@ -28,10 +28,12 @@ class AnalysisParameters:
         limits.CONTACT_FACTOR,
     )
     release_factor: float = declare(
-        paper.CONTACT_DISTANCE_WIDTHS,
+        0.0,
         "Of the threshold rules that stand beside: once in contact the head stays so until "
-        "R − r_h ≥ release_factor·d_w. Equal to contact_factor: no hysteresis, as in the paper.",
+        "R − r_h ≥ release_factor·d_w.",
         limits.CONTACT_FACTOR,
+        or_else=0.0,
+        means="as contact_factor: no hysteresis, as in the paper",
     )
     body_width_m: float | None = declare(
         None,
@@ -105,6 +107,7 @@ class AnalysisParameters:
         wrong = first_refusal_of(self)
         if wrong:
             raise BadInput(wrong)
+        object.__setattr__(self, "release_factor", self.release_factor or self.contact_factor)
         object.__setattr__(self, "body_width_m", self.body_width_m or None)
         if self.release_factor < self.contact_factor:
             raise BadInput(

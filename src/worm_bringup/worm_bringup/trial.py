@@ -52,8 +52,10 @@ class Trial:
         The node that sends the pictures.
     origin : mapping
         What the pictures come from, for the results (name, hash).
-    tracker, analysis : mapping
+    tracker, analysis, model : mapping
         Parameters that differ from their defaults.
+    metadata : mapping
+        What the lab has noted of the trial, as parameters of the recorder.
     namespace : str
         ROS namespace of all nodes, such as ``/rig1``.
     with_pictures : bool
@@ -64,6 +66,8 @@ class Trial:
     origin: Mapping[str, Any]
     tracker: Mapping[str, Any] = field(default_factory=dict)
     analysis: Mapping[str, Any] = field(default_factory=dict)
+    model: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, Any] = field(default_factory=dict)
     namespace: str = ""
     with_pictures: bool = False
 
@@ -72,10 +76,11 @@ class Trial:
         nodes = [
             NodeSpec("worm_tracker.tracker_node", "tracker", self.tracker),
             NodeSpec("worm_analysis.analysis_node", "analysis", self.analysis),
-            NodeSpec("worm_model.model_node", "model"),
+            NodeSpec("worm_model.model_node", "model", self.model),
         ]
         if out is not None:
-            parameters = {"out": str(out), "provenance": json.dumps(self._provenance())}
+            provenance = json.dumps(self._provenance())
+            parameters = {**self.metadata, "out": str(out), "provenance": provenance}
             if self.with_pictures:
                 parameters["pictures"] = json.dumps(self.source.parameters)
             nodes.append(NodeSpec("worm_bringup.recorder.recorder_node", "recorder", parameters))
@@ -85,7 +90,10 @@ class Trial:
     def fingerprint(self) -> Any:
         """All that the bytes of the results depend on."""
         player = {k: v for k, v in self.source.parameters.items() if k not in _CHANGES_NO_RESULT}
-        return fingerprint(self.origin, self._parameters() | {"player": player})
+        return fingerprint(
+            self.origin,
+            self._parameters() | {"player": player, "trial": dict(self.metadata)},
+        )
 
     def _provenance(self) -> Any:
         return provenance(self.origin, self._parameters())
@@ -94,7 +102,7 @@ class Trial:
         return {
             "tracker": asdict(TrackerParameters(**self.tracker)),
             "analysis": asdict(AnalysisParameters(**self.analysis)),
-            "model": asdict(ModelParameters()),
+            "model": asdict(ModelParameters(**self.model)),
         }
 
 

@@ -178,6 +178,42 @@ def test_the_recorder_is_done_when_it_holds_all_that_was_sent(graph):
     assert (out / "bag" / "metadata.yaml").exists()
 
 
+def test_what_is_noted_while_the_trial_runs_is_in_the_summary_with_its_frame(graph):
+    recorder, sender, executor, out = graph
+    sender.send_frame(0)
+    drain(executor)
+    for name, value in (("animal", "worm 7"), ("temperature_c", 21), ("animal", "worm 8")):
+        (result,) = recorder.set_parameters([Parameter(name, value=value)])
+        assert result.successful, result.reason
+    (result,) = recorder.set_parameters([Parameter("date", value="yesterday")])
+    assert "give year, month and day" in result.reason
+    sender.send_frame(1)
+    sender.end.publish(convert.count_to_msg(2))
+    sender.ledger.announce()
+    drain(executor)
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["provenance"] == {
+        "bag": "x",
+        "trial": {"animal": "worm 8", "temperature_c": 21.0},
+    }
+    told = [(event["frame"], event["why"]) for event in summary["source_events"]]
+    assert sorted(told) == [
+        (1, "recorder: animal changed from '' to 'worm 7'"),
+        (1, "recorder: animal changed from 'worm 7' to 'worm 8'"),
+        (1, "recorder: temperature_c changed from nan to 21.0"),
+    ]
+    assert {event["stamp_ns"] for event in summary["source_events"]} == {frame_parts(0)[0].stamp_ns}
+    (result,) = recorder.set_parameters([Parameter("animal", value="worm 9")])
+    assert result.reason == "the trial has ended"
+
+
+def test_notes_do_not_change_where_a_run_could_go_on_without_them(graph):
+    recorder = graph[0]
+    recorder.journal = []
+    (result,) = recorder.set_parameters([Parameter("animal", value="worm 9")])
+    assert "give a rig file" in result.reason
+
+
 def test_freed_memory_is_given_back_again_and_again_without_a_word_in_the_results(
     graph, tmp_path, monkeypatch
 ):

@@ -76,6 +76,7 @@ def render(results: Results, picture: TrialPicture | None, figures: Path) -> str
             **trial_context(results),
             name=source_name(results.provenance),
             source=_source(results.provenance),
+            noted=_noted(results.provenance),
             parameters=results.provenance.get("parameters") or {},
             opening=drawn[: len(opening)],
             panels=drawn[len(opening) :],
@@ -188,6 +189,16 @@ def _source(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:
         (SOURCES.get(key) or symbols.setting_in_words(key), str(value))
         for key, value in source.items()
         if value is not None
+    ]
+
+
+def _noted(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return what the lab has noted of a trial: label and text."""
+    noted = provenance.get("trial")
+    units = {"temperature_c": " °C"}
+    return [
+        (name.removesuffix("_c").capitalize(), f"{value}{units.get(name, '')}")
+        for name, value in (noted.items() if isinstance(noted, Mapping) else ())
     ]
 
 

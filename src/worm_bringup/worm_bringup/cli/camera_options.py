@@ -1,6 +1,7 @@
 """Options of `worm live` about the camera and the record of its pictures."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -8,6 +9,7 @@ import typer
 
 from worm_bringup.cli.numbers import number
 from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.nodes import parameters_of
 from worm_msgs_py.errors import BadInput
 from worm_tracker.sources.camera_node import RECONNECT
 from worm_tracker.sources.cameras.camera_address import Kind, kind_of, shown_address
@@ -43,11 +45,11 @@ RecordBag = Annotated[
     ),
 ]
 ReconnectS = Annotated[
-    float,
+    float | None,
     number(
         RECONNECT,
         help="Seconds to look for a camera that was lost; then the trial ends, and exit status "
-        "1 says so.",
+        "1 says so; 600 where not given.",
         rich_help_panel=_CAMERA,
     ),
 ]
@@ -60,7 +62,15 @@ class CameraOptions:
     camera: CameraAddress = None
     topic: DriverTopic = None
     record: RecordBag = None
-    reconnect_s: ReconnectS = 600.0
+    reconnect_s: ReconnectS = None
+
+    def over(self, told: Mapping[str, Any]) -> "CameraOptions":
+        """Return these options, with what a rig file says where they say nothing."""
+        film = (self.camera, self.topic)
+        if film == (None, None):
+            film = (told.get("camera"), told.get("topic"))
+        record = self.record or (Path(told["record"]) if told.get("record") else None)
+        return replace(self, camera=film[0], topic=film[1], record=record)
 
     @property
     def shown(self) -> str:
@@ -74,8 +84,8 @@ class CameraOptions:
             return {}
         return {"--camera": Path(self.camera or "")}
 
-    def source(self, *, private: bool) -> NodeSpec:
-        """Return the node that sends the pictures.
+    def source(self, told: Mapping[str, Any], *, private: bool) -> NodeSpec:
+        """Return the node that sends the pictures, told by a rig file what no option says.
 
         Raises
         ------
@@ -83,7 +93,9 @@ class CameraOptions:
             Not one of camera and topic is given, or a topic that could not be heard.
         """
         if (self.camera is None) == (self.topic is None):
-            raise BadInput("give either --camera (or WORM_CAMERA) or --topic")
+            raise BadInput(
+                "give either --camera (or WORM_CAMERA) or --topic, or a rig file that has one"
+            )
         if self.topic is not None and private:
             raise BadInput("--topic comes from another program: leave out --private")
         if self.topic is not None:
@@ -91,10 +103,15 @@ class CameraOptions:
         else:
             module = _SIMULATED if self.camera == SIMULATED else _CAMERAS
             given = {"camera": self.camera or ""}
-        return NodeSpec(module, "image_source", given | self._more())
+        simulated = self.camera == SIMULATED
+        known = {one.name for one in parameters_of("simulated_camera" if simulated else "camera")}
+        own = {k: v for k, v in told.items() if k in known - {"camera", "topic"}}
+        return NodeSpec(module, "image_source", own | given | self._more())
 
     def _more(self) -> dict[str, Any]:
-        more: dict[str, Any] = {"reconnect": self.reconnect_s}
+        more: dict[str, Any] = {}
+        if self.reconnect_s is not None:
+            more["reconnect"] = self.reconnect_s
         if self.record is not None:
             more["record"] = str(self.record)
         return more

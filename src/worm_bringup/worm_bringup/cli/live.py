@@ -11,7 +11,10 @@ from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.progress import progress_bar, refuse_without_pose, show_result, show_speed
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
+from worm_bringup.recorder.metadata import TrialMetadata
+from worm_bringup.rig_file import read_rig
 from worm_bringup.trial import EndedEarly, Incomplete, Trial, run_graph, run_trial
+from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput, TrackerError
 
 
@@ -23,6 +26,7 @@ def live(
         Path | None,
         typer.Option(help="Results directory to make at the end; none where not given."),
     ] = None,
+    rig: options.RigFiles = None,
     tracker: options.TrackerOptions,
     analysis: options.AnalysisOptions,
     private: Annotated[
@@ -41,7 +45,9 @@ def live(
     Frames count once the graph is ready. Where the tracker lags for more than two seconds the
     newest frame wins, and what is skipped is counted.
     """
-    source = camera.source(private=private)
+    told = read_rig(rig, graph.namespace)
+    camera = camera.over(told.of("image_source"))
+    source = camera.source(told.of("image_source"), private=private)
     check_apart({"--out": out, "--record": camera.record}, camera.inputs)
     if out is not None:
         check_out(out)
@@ -49,8 +55,10 @@ def live(
     trial = Trial(
         source=source,
         origin={"camera" if camera.topic is None else "topic": camera.shown},
-        tracker=tracker.parameters(),
-        analysis=analysis.parameters(no_chamber=tracker.no_chamber),
+        tracker=tracker.parameters(told.of("tracker")),
+        analysis=analysis.parameters(told.of("analysis"), no_chamber=tracker.no_chamber),
+        model=told.of("model"),
+        metadata=told.of("recorder", declarations(TrialMetadata)),
         namespace=graph.namespace,
     )
     how: dict[str, Any] = {"reach": reach, "patience_s": graph.watchdog_s}

@@ -1,5 +1,6 @@
 """Options that several subcommands share, and the groups that go together."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -12,6 +13,7 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli.numbers import number, numbers
 from worm_bringup.cli.usage import refuse_together, refuse_without
 from worm_msgs_py import limits
+from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.network import Reach
 from worm_msgs_py.ros.watchdog import PATIENCE, PATIENCE_S
@@ -25,6 +27,14 @@ RIG = "The rig"
 ANALYSIS = "The analysis"
 GRAPH = "The graph"
 DAMAGE = "Damaged bags"
+RigFiles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--rig",
+        help="Parameter file in ROS's own form: camera, rig, contact rule, notes of the trial. "
+        "Of several the last one wins, and options win over files.",
+    ),
+]
 
 
 def _check_namespace(value: str) -> str:
@@ -44,8 +54,11 @@ Out = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 PolarityOption = Annotated[
-    Polarity,
-    typer.Option(help="Is the worm dark on bright or bright on dark?", rich_help_panel=_PICTURE),
+    Polarity | None,
+    typer.Option(
+        help="Is the worm dark on bright or bright on dark? Dark where not given.",
+        rich_help_panel=_PICTURE,
+    ),
 ]
 NoChamber = Annotated[
     bool,
@@ -109,22 +122,6 @@ PxPerMm = Annotated[
     float | None,
     number(limits.PX_PER_MM, help="Scale, with --no-chamber.", rich_help_panel=_PICTURE),
 ]
-ContactFactor = Annotated[
-    float | None,
-    number(
-        limits.CONTACT_FACTOR,
-        help="Contact is R − r_h < factor · d_w; 0.3, as in the paper, where not given.",
-        rich_help_panel=ANALYSIS,
-    ),
-]
-BodyWidthMm = Annotated[
-    float | None,
-    number(
-        limits.BODY_WIDTH.to("mm"),
-        help="The worm's width d_w; measured in the trial where not given.",
-        rich_help_panel=ANALYSIS,
-    ),
-]
 Processes = Annotated[
     bool,
     typer.Option("--processes", help="A process for each node.", rich_help_panel=GRAPH),
@@ -154,19 +151,19 @@ Namespace = Annotated[
 ]
 
 MaxChunkMib = Annotated[
-    float,
+    float | None,
     number(
         CHUNK_MIB,
         help="Largest piece of a bag, decompressed, that is read, MiB: no small file fills the "
-        "memory.",
+        "memory; 512 where not given.",
         rich_help_panel=DAMAGE,
     ),
 ]
 MaxMegapixels = Annotated[
-    float,
+    float | None,
     number(
         MEGAPIXELS,
-        help="Larger pictures are bad ones: they are not decoded.",
+        help="Larger pictures are bad ones: they are not decoded; 64 where not given.",
         rich_help_panel=DAMAGE,
     ),
 ]
@@ -199,7 +196,7 @@ class GraphOptions:
 class TrackerOptions:
     """What is to be seen in the pictures."""
 
-    polarity: PolarityOption = Polarity.DARK
+    polarity: PolarityOption = None
     no_chamber: NoChamber = False
     radius_mm: RadiusMm = None
     circle_px: CirclePx = None
@@ -210,8 +207,8 @@ class TrackerOptions:
     passage_mm: PassageMm = None
     px_per_mm: PxPerMm = None
 
-    def parameters(self) -> dict[str, Any]:
-        """Return the tracker's parameters that the options give.
+    def parameters(self, rig: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Return the tracker's parameters: those of the rig file, and the options over them.
 
         Raises
         ------
@@ -219,12 +216,20 @@ class TrackerOptions:
             Where they contradict each other or make no sense.
         """
         options = asdict(self)
-        rig = [name for name in options if name not in ("polarity", "no_chamber", "px_per_mm")]
-        refuse_together(options, "says that there is no rig in view", "no_chamber", *rig)
+        of_rig = [name for name in options if name not in ("polarity", "no_chamber", "px_per_mm")]
+        refuse_together(options, "says that there is no rig in view", "no_chamber", *of_rig)
+        given: dict[str, Any] = {**(rig or {})}
+        known = options | {
+            "no_chamber": self.no_chamber or given.get("no_chamber"),
+            "circle_px": self.circle_px or given.get("radius_px"),
+        }
         why = "is the scale of pictures without a chamber; with one, --radius-mm gives it"
-        refuse_without(options, "px_per_mm", "no_chamber", why)
-        refuse_without(options, "circle_b_px", "circle_px", "is a second chamber")
-        given: dict[str, Any] = {"polarity": str(self.polarity), "no_chamber": self.no_chamber}
+        refuse_without(known, "px_per_mm", "no_chamber", why)
+        refuse_without(known, "circle_b_px", "circle_px", "is a second chamber")
+        if self.polarity is not None:
+            given["polarity"] = str(self.polarity)
+        if self.no_chamber:
+            given["no_chamber"] = True
         if self.circle_px is not None:
             names = ("centre_u_px", "centre_v_px", "radius_px")
             given |= dict(zip(names, self.circle_px, strict=True))
@@ -249,15 +254,55 @@ _TRACKER_NUMBERS = {
 """Which parameter an option is, and its unit in the parameter's."""
 
 
+_OF_ANALYSIS = {declared.name: declared for declared in declarations(AnalysisParameters)}
+
+
+def _of(name: str) -> Any:
+    """Return the option of one of the analysis' parameters, as that tells of itself."""
+    declared = _OF_ANALYSIS[name]
+    assert declared.limit is not None
+    told = declared.means or f"{declared.default:g}"
+    return number(
+        declared.limit, help=f"{declared.description} [default: {told}]", rich_help_panel=ANALYSIS
+    )
+
+
+BodyWidthMm = Annotated[
+    float | None,
+    number(
+        limits.BODY_WIDTH.to("mm"),
+        help="The worm's width d_w; measured in the trial where not given.",
+        rich_help_panel=ANALYSIS,
+    ),
+]
+
+
 @dataclass(frozen=True)
 class AnalysisOptions:
-    """What the analysis takes for a contact."""
+    """What the analysis takes for a contact, and over which times it looks."""
 
-    contact_factor: ContactFactor = None
+    contact_factor: Annotated[float | None, _of("contact_factor")] = None
+    release_factor: Annotated[float | None, _of("release_factor")] = None
     body_width_mm: BodyWidthMm = None
+    min_episode_s: Annotated[float | None, _of("min_episode_s")] = None
+    theta_dot_window_s: Annotated[float | None, _of("theta_dot_window_s")] = None
+    mean_window_s: Annotated[float | None, _of("mean_window_s")] = None
+    min_head_certainty: Annotated[float | None, _of("min_head_certainty")] = None
+    incidence_window_s: Annotated[float | None, _of("incidence_window_s")] = None
+    max_gap_s: Annotated[float | None, _of("max_gap_s")] = None
+    max_bridged_s: Annotated[float | None, _of("max_bridged_s")] = None
+    max_lag_s: Annotated[float | None, _of("max_lag_s")] = None
+    fine_lag_s: Annotated[float | None, _of("fine_lag_s")] = None
+    fine_step_s: Annotated[float | None, _of("fine_step_s")] = None
+    coarse_step_s: Annotated[float | None, _of("coarse_step_s")] = None
+    stroke_window_s: Annotated[float | None, _of("stroke_window_s")] = None
+    minimum_n: Annotated[int | None, _of("minimum_n")] = None
+    summary_interval_s: Annotated[float | None, _of("summary_interval_s")] = None
 
-    def parameters(self, *, no_chamber: bool = False) -> dict[str, Any]:
-        """Return the analysis' parameters that the options give.
+    def parameters(
+        self, rig: Mapping[str, Any] | None = None, *, no_chamber: bool = False
+    ) -> dict[str, Any]:
+        """Return the analysis' parameters: those of the rig file, and the options over them.
 
         Raises
         ------
@@ -267,10 +312,9 @@ class AnalysisOptions:
         options = {"no_chamber": no_chamber, **asdict(self)}
         reason = "says that there is no wall to touch"
         refuse_together(options, reason, "no_chamber", "contact_factor", "body_width_mm")
-        given: dict[str, Any] = {}
-        if self.contact_factor is not None:  # one threshold, no hysteresis, as in the paper
-            given |= dict.fromkeys(("contact_factor", "release_factor"), self.contact_factor)
-        if self.body_width_mm is not None:
-            given["body_width_m"] = self.body_width_mm / 1e3
-        AnalysisParameters(**given)
-        return given
+        given = {name: value for name, value in asdict(self).items() if value is not None}
+        if "body_width_mm" in given:
+            given["body_width_m"] = given.pop("body_width_mm") / 1e3
+        merged = {**(rig or {}), **given}
+        AnalysisParameters(**merged)
+        return merged

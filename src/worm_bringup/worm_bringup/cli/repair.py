@@ -29,7 +29,7 @@ def repair(
             "ever overwritten."
         ),
     ] = None,
-    max_chunk_mib: options.MaxChunkMib = MAX_CHUNK_MIB,
+    max_chunk_mib: options.MaxChunkMib = None,
 ) -> None:
     """Save what can be read of a cut or damaged bag, and say what is lost.
 
@@ -37,7 +37,7 @@ def repair(
     and `ros2 bag` read; the damaged one is left as it is.
     """
     repaired = name_of_repaired(bag) if out is None else out
-    survey = repair_bag(bag, repaired, max_chunk_mib)
+    survey = repair_bag(bag, repaired, max_chunk_mib or MAX_CHUNK_MIB)
     for topic, count in sorted(survey.messages.items(), key=lambda item: item[0].name):
         typer.echo(f"{count} messages of {printable(topic.name)} ({printable(topic.type)})")
     for line in lines_of(survey.losses):

@@ -3,7 +3,7 @@
 import shlex
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -16,12 +16,14 @@ from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.provenance import bag_hash
+from worm_bringup.recorder.metadata import TrialMetadata
+from worm_bringup.rig_file import read_rig
 from worm_bringup.trial import Incomplete, Trial, run_trial
+from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
-from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS
 from worm_tracker.sources.playback import PLAYBACK, RATE, START_OFFSET
+from worm_tracker.sources.replay_node import ReplayNode
 
 _PLAYER = "The player (as in ros2 bag play)"
 
@@ -35,16 +37,17 @@ def replay(
         str, typer.Option(help="Topic of the pictures; found where there is one.")
     ] = "",
     rate: Annotated[
-        float,
+        float | None,
         number(
             RATE,
-            help="1 is real time; 0 is as fast as the graph can take it.",
+            help="1 is real time; 0, where not given, is as fast as the graph can take it.",
             rich_help_panel=_PLAYER,
         ),
-    ] = 0.0,
+    ] = None,
     start_offset: Annotated[
-        float, number(START_OFFSET, help="Seconds to leave out.", rich_help_panel=_PLAYER)
-    ] = 0.0,
+        float | None,
+        number(START_OFFSET, help="Seconds to leave out.", rich_help_panel=_PLAYER),
+    ] = None,
     playback_duration: Annotated[
         float | None, number(PLAYBACK, help="Seconds to play.", rich_help_panel=_PLAYER)
     ] = None,
@@ -72,6 +75,7 @@ def replay(
             "midline in other software, and can be replayed.",
         ),
     ] = False,
+    rig: options.RigFiles = None,
     tracker: options.TrackerOptions,
     analysis: options.AnalysisOptions,
     resume: Annotated[
@@ -100,8 +104,8 @@ def replay(
             rich_help_panel=options.DAMAGE,
         ),
     ] = False,
-    max_chunk_mib: options.MaxChunkMib = MAX_CHUNK_MIB,
-    max_megapixels: options.MaxMegapixels = MAX_MEGAPIXELS,
+    max_chunk_mib: options.MaxChunkMib = None,
+    max_megapixels: options.MaxMegapixels = None,
 ) -> None:
     """Replay a bag of a past trial: every frame, none lost, the same bytes every time.
 
@@ -109,10 +113,28 @@ def replay(
     and bag/ into OUT, whole or not at all. A replay that is stopped leaves a checkpoint beside OUT,
     which the same command goes on from with --resume.
     """
-    if resume and (processes or loop):
-        given = "--processes" if processes else "--loop"
-        raise BadInput(f"--resume goes with no {given}, which makes no checkpoints: leave one out")
-    if start_paused and not visible:
+    told = read_rig(rig, graph.namespace)
+    given = {
+        "bag": str(bag),
+        "topic": topic or None,
+        "rate": rate,
+        "start_offset": start_offset,
+        "playback_duration": playback_duration,
+        "loop": loop or None,
+        "start_paused": start_paused or None,
+        "salvage": salvage or None,
+        "max_chunk_mib": max_chunk_mib,
+        "max_megapixels": max_megapixels,
+    }
+    player = {declared.name: declared.default for declared in ReplayNode.PARAMETERS}
+    player |= told.of("image_source", ReplayNode.PARAMETERS)
+    player |= {name: value for name, value in given.items() if value is not None}
+    if player["playback_duration"] < 0.0:  # to the end
+        del player["playback_duration"]
+    if resume and (processes or player["loop"]):
+        one = "--processes" if processes else "--loop"
+        raise BadInput(f"--resume goes with no {one}, which makes no checkpoints: leave one out")
+    if player["start_paused"] and not visible:
         raise BadInput(
             "--start-paused waits for a service call, which reaches only a visible graph: "
             "add --visible"
@@ -122,46 +144,38 @@ def replay(
             "--processes keeps to a ROS domain of its own: leave out --visible, or --processes"
         )
     reach = graph.reach(visible=visible, otherwise="add --visible")
-    player: dict[str, Any] = {
-        "bag": str(bag),
-        "topic": topic,
-        "rate": rate,
-        "start_offset": start_offset,
-        "loop": loop,
-        "start_paused": start_paused,
-        "salvage": salvage,
-        "max_chunk_mib": max_chunk_mib,
-        "max_megapixels": max_megapixels,
-    }
-    if playback_duration is not None:
-        player["playback_duration"] = playback_duration
     check_apart({"--out": out}, {"the bag": bag})
     check_out(out)
     with BagPictures(
         bag,
-        topic or None,
-        salvage=salvage,
-        max_chunk_mib=max_chunk_mib,
-        max_megapixels=max_megapixels,
+        player["topic"] or None,
+        salvage=player["salvage"],
+        max_chunk_mib=player["max_chunk_mib"],
+        max_megapixels=player["max_megapixels"],
     ) as pictures:
         chosen = pictures.topic
+    see = told.of("tracker")
+    if max_megapixels is not None or "max_megapixels" not in see:
+        see["max_megapixels"] = player["max_megapixels"]
     trial = Trial(
         source=NodeSpec("worm_tracker.sources.replay_node", "image_source", player),
         origin={
             "bag": bag.name,
             "sha256": bag_hash(bag),
             "topic": chosen,
-            "start_offset_s": start_offset,
-            "playback_duration_s": playback_duration,
+            "start_offset_s": player["start_offset"],
+            "playback_duration_s": player.get("playback_duration"),
         }
-        | ({"salvaged": "what is damaged was passed over"} if salvage else {}),
-        tracker=tracker.parameters() | {"max_megapixels": max_megapixels},
-        analysis=analysis.parameters(no_chamber=tracker.no_chamber),
+        | ({"salvaged": "what is damaged was passed over"} if player["salvage"] else {}),
+        tracker=tracker.parameters(see),
+        analysis=analysis.parameters(told.of("analysis"), no_chamber=tracker.no_chamber),
+        model=told.of("model"),
+        metadata=told.of("recorder", declarations(TrialMetadata)),
         namespace=graph.namespace,
         with_pictures=with_pictures,
     )
     checkpoints = None
-    if not (processes or loop):
+    if not (processes or player["loop"]):
         folder = CheckpointFolder(out)
         checkpoints = Checkpoints(folder, trial.fingerprint, resume=resume, say=_say)
     try:

@@ -4,7 +4,7 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
-from math import nan
+from math import isclose, nan
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import typer
 
 from worm_analysis.parameters import AnalysisParameters
+from worm_bringup.cli import options
 from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar
@@ -19,6 +20,7 @@ from worm_bringup.cli.simulation_options import FilmOptions, Model, WormOptions
 from worm_bringup.cli.terminal import say
 from worm_bringup.graph.in_process import Progress
 from worm_bringup.outputs.results_directory import check_out, results_directory
+from worm_bringup.rig_file import read_rig
 from worm_bringup.tracks.simulated_tracks import track_table
 from worm_bringup.tracks.track_analysis import analyse_tracks
 from worm_bringup.tracks.track_rig import TableRig
@@ -31,6 +33,7 @@ from worm_msgs_py import limits, paper
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
+from worm_msgs_py.units import MM_PER_M
 
 _RIG, _MANY = "The rig", "Many trials"
 DURATION, TRIALS = Limit(0.005, 10_080.0, "min"), Limit(1, 1000)
@@ -60,13 +63,14 @@ def simulate(
         ),
     ] = Model.FILAMENT,
     exit_width_mm: Annotated[
-        list[float],
+        list[float] | None,
         number(
             FILM_EXIT_WIDTH,
-            help="W; 0: no exit. Given several times, the trials take turns.",
+            help="W; 0: no exit; 2 where not given. Given several times, the trials take turns.",
             rich_help_panel=_RIG,
         ),
-    ] = [2.0],  # noqa: B006 - typer copies it
+    ] = None,
+    rig: options.RigFiles = None,
     trials: Annotated[int, number(TRIALS, help="Their seeds count up.", rich_help_panel=_MANY)] = 1,
     tracks_only: Annotated[
         bool,
@@ -88,15 +92,16 @@ def simulate(
     # Compiled code is slow to import, and most commands simulate nothing.
     from worm_model.simulator.filming import film
 
-    if len(exit_width_mm) > trials:
-        raise BadInput(f"--exit-width-mm is given {len(exit_width_mm)} times: give --trials, too")
+    widths_mm = exit_width_mm or [_width_mm(read_rig(rig).of("tracker"))]
+    if len(widths_mm) > trials:
+        raise BadInput(f"--exit-width-mm is given {len(widths_mm)} times: give --trials, too")
     frames = 60.0 * minutes * camera.fps
     if model is Model.FILAMENT:
         worm.refuse_walk_options()
     _refuse_huge(out, trials * frames, ROW_BYTES if tracks_only else FRAME_BYTES)
     for index in range(trials):
         place = out / f"trial_{index:02d}" if trials > 1 else out
-        width_mm = exit_width_mm[index % len(exit_width_mm)]
+        width_mm = widths_mm[index % len(widths_mm)]
         one = _Trial(model, worm, camera, seed + index, width_mm, minutes)
         with progress_bar(place.name) as progress:
             if tracks_only:
@@ -109,6 +114,20 @@ def simulate(
             say(f"Results: {place}")
         else:
             say(f"Bag: {place}\nTruth: {truth_path(place)}")
+
+
+def _width_mm(seen: dict[str, Any]) -> float:
+    """Return the exit's width of a rig file; refuse a rig that is not simulated."""
+    fixed = {"radius_m": paper.RADIUS_MM, "passage_m": paper.PASSAGE_LENGTH_MM}
+    for name, value_mm in fixed.items():
+        if not isclose(seen.get(name, value_mm / MM_PER_M) * MM_PER_M, value_mm):
+            raise BadInput(
+                f"--rig: {name} is {seen[name]:g}: the simulated rig is the paper's, with "
+                f"{value_mm / MM_PER_M:g} m: leave it out of the file, or simulate without --rig"
+            )
+    if seen.get("polarity") == "bright" or seen.get("no_chamber"):
+        raise BadInput("--rig: a simulated worm is dark and in its chamber: leave out --rig")
+    return float(seen["exit_width_m"] * MM_PER_M) if "exit_width_m" in seen else 2.0
 
 
 class _Trial:

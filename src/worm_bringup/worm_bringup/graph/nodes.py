@@ -13,7 +13,9 @@ NODES = {
     "model": "worm_model.model_node",
     "recorder": "worm_bringup.recorder.recorder_node",
 }
-"""The module of each; the first three send pictures, as the node `image_source`."""
+"""The module of each."""
+ROS_NAMES = dict.fromkeys(("replay", "camera", "simulated_camera"), "image_source")
+"""What a node is called in the graph, where that is another name."""
 
 
 def parameters_of(name: str) -> tuple[Declaration, ...]:

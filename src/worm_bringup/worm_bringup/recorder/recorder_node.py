@@ -17,10 +17,12 @@ from worm_bringup.freed_memory import give_back_freed_memory
 from worm_bringup.overlay.frame_join import FrameJoin, JoinedFrame
 from worm_bringup.overlay.views import FrameViews
 from worm_bringup.recorder.copied_pictures import CopiedPictures
+from worm_bringup.recorder.metadata import TrialMetadata
 from worm_bringup.recorder.recording import Recording
 from worm_bringup.recorder.result_bag import ResultBag
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
-from worm_msgs_py.declarations import Declaration
+from worm_msgs_py.contract.source_events import parameter_changed
+from worm_msgs_py.declarations import Declaration, declarations
 from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.qos import FLOW
@@ -95,6 +97,7 @@ class RecorderNode(WormNode):
             "none.",
             check=_no_json_object,
         ),
+        *declarations(TrialMetadata),
     )
 
     def __init__(self, **node_arguments: Any):
@@ -125,6 +128,21 @@ class RecorderNode(WormNode):
         )
         self._progress = self.create_publisher(UInt64, topics.FLOW_RECORDED, FLOW)
         self._readers = self._make_readers()
+
+    def why_no_change(self) -> str:
+        """Return why what is noted of the trial cannot be changed now; empty where it can."""
+        if self._end.done:
+            return "the trial has ended"
+        if self.journal is not None:  # of messages alone: a run that goes on would not have it
+            return "a replay that can be stopped has its notes from the start: give a rig file"
+        return ""
+
+    def take_change(self, name: str, before: Any, value: Any) -> None:
+        """Tell of a changed note in the summary, which has the last one."""
+        event = parameter_changed(
+            self.get_name(), name, before, value, self._recording.rows, self._stamp_ns
+        )
+        self._recording.trial.source_events.append(event)
 
     @property
     def done(self) -> bool:
@@ -275,7 +293,9 @@ class RecorderNode(WormNode):
         except OSError as error:
             self._drop_bag(error)
         if self._end.frames:  # a trial without one frame has no results
-            finish = partial(self._recording.finish, self._provenance)
+            noted = self.read_parameters(TrialMetadata).given()
+            provenance = self._provenance | ({"trial": noted} if noted else {})
+            finish = partial(self._recording.finish, provenance)
             self._make_room(finish)  # last: where the summary is, all is
 
     def _all_ignored(self) -> dict[str, int]:

@@ -72,6 +72,7 @@ def analyse_tracks(
     progress: Callable[[int, int | None], None] = lambda done, total: None,
     *,
     source: Mapping[str, Any] | None = None,
+    metadata: Mapping[str, Any] | None = None,
 ) -> None:
     """Write tracks, contacts, passages and the summary into a directory that is there.
 
@@ -89,6 +90,8 @@ def analyse_tracks(
         Given the rows that are done, and how many there are in all where that is known.
     source : mapping, optional
         What the tracks come from, for the summary; the table's name and hash where not given.
+    metadata : mapping, optional
+        What the lab has noted of the trial.
 
     Raises
     ------
@@ -106,11 +109,9 @@ def analyse_tracks(
     lacking = _lacking(table, rig, parameters)
     trial = run.record(lacking)
     write_sums(out / "sums.parquet", _without_lacking(run.analysis.sums(), lacking))
-    if source is None:
-        source = {"table": table.path.name, "sha256": file_hash(table.path)}
-    document = provenance(
-        source, {"rig": _told(rig), "analysis": asdict(parameters), "model": asdict(MODEL)}
-    )
+    source = source or {"table": table.path.name, "sha256": file_hash(table.path)}
+    settings = {"rig": _told(rig), "analysis": asdict(parameters), "model": asdict(MODEL)}
+    document = provenance(source, settings) | ({"trial": dict(metadata)} if metadata else {})
     write_summary(out / "summary.json", build_summary(trial, document))
 
 

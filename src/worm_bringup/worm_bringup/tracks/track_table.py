@@ -91,9 +91,9 @@ class TrackTable:
     ----------
     path : Path
         A CSV file (comma, semicolon or tab; a header; points in numbers) or a Parquet file.
-    in_pixels : bool
+    in_pixels : bool or None
         Whether the head is wanted in pixels, `head_u_px` and `head_v_px`, rather than in
-        millimetres.
+        millimetres; None: only where the table has no millimetres.
 
     Raises
     ------
@@ -102,7 +102,7 @@ class TrackTable:
         rows raises it for text among numbers, unknown words, stamps that do not grow, no rows.
     """
 
-    def __init__(self, path: Path, *, in_pixels: bool = False):
+    def __init__(self, path: Path, *, in_pixels: bool | None = False):
         self.path = path
         if not path.is_file():
             raise BadInput(f"{path}: no such table of tracks: name a .csv or .parquet file")
@@ -119,6 +119,9 @@ class TrackTable:
         if len(self._order) != len(self.columns):
             twice = next(name for name in self._order if self._order.count(name) > 1)
             raise BadInput(f"{path}: has the column {twice!r} twice: leave one out")
+        if in_pixels is None:
+            in_pixels = "head_x_mm" not in self.columns and "head_u_px" in self.columns
+        self.in_pixels = in_pixels
         self._require(in_pixels)
 
     @property

@@ -30,7 +30,20 @@ OF_THE_GRAPH: dict[str, tuple[str, ...]] = {
         *("rule", "speed", "hop_may_land", "effective_width", "longest_lag_s", "lag_step_s"),
         "forecast_interval_s",
     ),
-    "recorder": ("out", "expect", "provenance"),
+    "recorder": (
+        *(
+            "out",
+            "expect",
+            "provenance",
+            "pictures",
+            "trial",
+            "animal",
+            "date",
+            "temperature_c",
+            "operator",
+        ),
+        "notes",
+    ),
 }
 """Names of the parameters by the node's name; of each node alone, the node itself knows more."""
 
