@@ -63,14 +63,14 @@ def test_a_section_speaks_to_the_nodes_that_ros_means(tmp_path, namespace):
 
 def test_what_comes_later_counts_in_a_file_and_between_files(tmp_path):
     first, second = tmp_path / "rig.yaml", tmp_path / "trial.yaml"
-    everybody = "/**:\n  ros__parameters:\n    radius_m: 0.02\n    max_megapixels: 8.0\n"
+    everybody = "/**:\n  ros__parameters:\n    radius_m: 0.02\n    window: 4\n"
     tracker = "tracker:\n  ros__parameters:\n    radius_m: 0.03\n"
     for text, radius_m in ((everybody + tracker, 0.03), (tracker + everybody, 0.02)):
         first.write_text(text, encoding="utf-8")
         assert read_rig([first]).of("tracker") == of_ros(text, tmp_path)
         assert read_rig([first]).of("tracker")["radius_m"] == radius_m
     assert read_rig([first]).of("image_source", parameters_of("camera")) == {}
-    assert read_rig([first]).of("image_source", parameters_of("replay")) == {"max_megapixels": 8.0}
+    assert read_rig([first]).of("image_source", parameters_of("replay")) == {"window": 4}
     second.write_text("/**/recorder:\n  ros__parameters:\n    animal: '7'\n", encoding="utf-8")
     both = read_rig([first, second])
     assert both.of("recorder") == {"animal": "7"}
