@@ -30,6 +30,7 @@ from worm_msgs_py.ros.worm_node import WormNode
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.camera_node import CameraNode
 from worm_tracker.sources.cameras.live_record import LiveRecord
+from worm_tracker.sources.cameras.waiting_frames import CapturedFrame
 from worm_tracker.sources.source_node import drain, spin_source
 
 MIB = 1 << 20
@@ -76,10 +77,11 @@ def write(record, numbers):
     """Write numbered pictures until the record stops; return why, and the warnings."""
     said = []
     for number in numbers:
-        stamp_ns = 10**9 + number * 10**7
-        picture = numbered_picture(number, (300, 400))
-        stopped = record.write(stamp_ns, serialised(image(picture, stamp_ns)))
+        frame = CapturedFrame(numbered_picture(number, (300, 400)), 10**9 + number * 10**7)
+        record.write(frame, serialised(image(frame.picture, frame.stamp_ns)))
+        record._writer.submit(int).result()  # it is written
         said += record.take_warnings()
+        stopped = record.take_stopped()
         if stopped:
             return stopped, said
     return "", said

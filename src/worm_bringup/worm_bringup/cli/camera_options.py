@@ -8,13 +8,21 @@ from typing import Annotated, Any
 import typer
 
 from worm_bringup.cli.numbers import number
+from worm_bringup.cli.usage import refuse_without
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.nodes import parameters_of
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.limits import JPEG_QUALITY
 from worm_tracker.sources.camera_node import RECONNECT
 from worm_tracker.sources.cameras.camera_address import Kind, kind_of, shown_address
+from worm_tracker.sources.cameras.live_record import (
+    GOOD_QUALITY,
+    SPLIT_MIB,
+    SPLIT_MIN,
+    RecordAs,
+)
 
-_CAMERA = "The camera"
+_CAMERA, _RECORD = "The camera", "The record of the pictures"
 _CAMERAS, _SIMULATED = "worm_tracker.sources.camera_node", "worm_bringup.simulated_camera"
 SIMULATED = "sim"
 """The address of the simulated rig."""
@@ -41,7 +49,36 @@ RecordBag = Annotated[
     Path | None,
     typer.Option(
         help="Bag to record the pictures into, as they go; its replay gives the same results.",
-        rich_help_panel=_CAMERA,
+        rich_help_panel=_RECORD,
+    ),
+]
+RecordedAs = Annotated[
+    RecordAs | None,
+    typer.Option(
+        help="How the record is compressed. zstd, where not given, and png keep every pixel; a "
+        "replay of jpeg gives other numbers, and the results say so.",
+        rich_help_panel=_RECORD,
+    ),
+]
+JpegQuality = Annotated[
+    int | None,
+    number(JPEG_QUALITY, help="Of --record-as jpeg; 90 where not given.", rich_help_panel=_RECORD),
+]
+SplitMib = Annotated[
+    float | None,
+    number(
+        SPLIT_MIB,
+        help="Size at which the record goes on in another file of the same bag; 4096 where not "
+        "given; 0: never.",
+        rich_help_panel=_RECORD,
+    ),
+]
+SplitMin = Annotated[
+    float | None,
+    number(
+        SPLIT_MIN,
+        help="Time after which it goes on in another file; 30 where not given; 0: never.",
+        rich_help_panel=_RECORD,
     ),
 ]
 ReconnectS = Annotated[
@@ -62,6 +99,10 @@ class CameraOptions:
     camera: CameraAddress = None
     topic: DriverTopic = None
     record: RecordBag = None
+    record_as: RecordedAs = None
+    jpeg_quality: JpegQuality = None
+    split_mib: SplitMib = None
+    split_min: SplitMin = None
     reconnect_s: ReconnectS = None
 
     def over(self, told: Mapping[str, Any]) -> "CameraOptions":
@@ -109,9 +150,23 @@ class CameraOptions:
         return NodeSpec(module, "image_source", own | given | self._more())
 
     def _more(self) -> dict[str, Any]:
-        more: dict[str, Any] = {}
-        if self.reconnect_s is not None:
-            more["reconnect"] = self.reconnect_s
-        if self.record is not None:
-            more["record"] = str(self.record)
-        return more
+        """Return the parameters that options give."""
+        about_the_record = ("record_as", "jpeg_quality", "split_mib", "split_min")
+        for name in about_the_record:
+            refuse_without(vars(self), name, "record", "is about the record")
+        given: dict[str, Any] = {
+            "reconnect": self.reconnect_s,
+            "record": None if self.record is None else str(self.record),
+            **{name: vars(self)[name] for name in about_the_record},
+            "record_as": None if self.record_as is None else str(self.record_as),
+        }
+        return {name: value for name, value in given.items() if value is not None}
+
+    def origin(self, source: NodeSpec) -> dict[str, str]:
+        """Return where the pictures come from, for the results, and that a record is another."""
+        told = source.parameters
+        origin = {"camera" if self.topic is None else "topic": self.shown}
+        if told.get("record") and told.get("record_as") == RecordAs.JPEG:
+            quality = told.get("jpeg_quality", GOOD_QUALITY)
+            origin["record"] = f"jpeg of quality {quality}: its replay gives other numbers"
+        return origin

@@ -54,7 +54,7 @@ def live(
     reach = graph.reach(visible=not private, otherwise="leave out --private")
     trial = Trial(
         source=source,
-        origin={"camera" if camera.topic is None else "topic": camera.shown},
+        origin=camera.origin(source),
         tracker=tracker.parameters(told.of("tracker")),
         analysis=analysis.parameters(told.of("analysis"), no_chamber=tracker.no_chamber),
         model=told.of("model"),

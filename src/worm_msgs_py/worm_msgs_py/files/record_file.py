@@ -68,6 +68,10 @@ class RecordFile:
         self.committed += len(self._waiting)
         self._waiting.clear()
 
+    def sync(self) -> None:
+        """See what is committed onto the medium: from now on a power cut does not cost it."""
+        os.fdatasync(self._handle)
+
     def keep_room(self, wanted: int) -> None:
         """Keep at least so many bytes of the disk for the end; OSError where there are none."""
         if wanted <= self._kept_bytes:

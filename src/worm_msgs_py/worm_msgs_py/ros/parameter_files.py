@@ -13,6 +13,7 @@ OF_THE_GRAPH: dict[str, tuple[str, ...]] = {
         *("bag", "topic", "rate", "loop", "start_offset", "playback_duration", "start_paused"),
         *("salvage", "max_chunk_mib", "max_megapixels", "window"),
         *("camera", "record", "pictures", "reconnect", "reconnect_delay", "stall", "seed"),
+        *("record_as", "jpeg_quality", "split_mib", "split_min"),
     ),
     "tracker": (
         *("polarity", "no_chamber", "radius_m", "centre_u_px", "centre_v_px", "radius_px"),

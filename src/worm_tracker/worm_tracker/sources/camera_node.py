@@ -14,7 +14,7 @@ from sensor_msgs.msg import Image
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.limits import Limit
+from worm_msgs_py.limits import JPEG_QUALITY, Limit
 from worm_msgs_py.ros.camera_driver import hear_driver
 from worm_msgs_py.ros.qos import IMAGE_REPLAY
 from worm_msgs_py.units import NS_PER_S
@@ -22,7 +22,14 @@ from worm_tracker.sources.bags.bad_messages import BadMessages
 from worm_tracker.sources.bags.serialized_images import empty_picture
 from worm_tracker.sources.cameras.camera import Camera
 from worm_tracker.sources.cameras.camera_address import Kind, shown_address
-from worm_tracker.sources.cameras.live_record import LiveRecord
+from worm_tracker.sources.cameras.live_record import (
+    GOOD_QUALITY,
+    SPLIT_MIB,
+    SPLIT_MIN,
+    LiveRecord,
+    RecordAs,
+    RecordForm,
+)
 from worm_tracker.sources.cameras.outages import Outage
 from worm_tracker.sources.cameras.sampled_pictures import SampledPictures
 from worm_tracker.sources.cameras.topic_camera import TopicCamera
@@ -79,6 +86,26 @@ class CameraNode(SourceNode):
             "",
             "Directory into which every picture that is sent is recorded; empty: none. Its replay "
             "gives the same frames with the same stamps, and so the same results.",
+        ),
+        Declaration(
+            "record_as",
+            str(RecordAs.ZSTD),
+            "How the record is compressed: zstd and png keep every pixel; a replay of jpeg gives "
+            "other numbers.",
+            choices=tuple(map(str, RecordAs)),
+        ),
+        Declaration("jpeg_quality", GOOD_QUALITY, "Of a record that is jpeg.", JPEG_QUALITY),
+        Declaration(
+            "split_mib",
+            4096.0,
+            "Size at which the record goes on in another file; 0: never.",
+            SPLIT_MIB,
+        ),
+        Declaration(
+            "split_min",
+            30.0,
+            "Time after which the record goes on in another file; 0: never.",
+            SPLIT_MIN,
         ),
         Declaration(
             "pictures",
@@ -152,10 +179,16 @@ class CameraNode(SourceNode):
         return None
 
     def _open_record(self) -> LiveRecord | None:
-        directory = self.read_parameter("record")
-        if not directory:
+        parameter = self.read_parameter
+        if not parameter("record"):
             return None
-        record = LiveRecord(Path(directory), self._publisher.topic_name)
+        form = RecordForm(
+            RecordAs(parameter("record_as")),
+            parameter("jpeg_quality"),
+            parameter("split_mib"),
+            parameter("split_min"),
+        )
+        record = LiveRecord(Path(parameter("record")), self._publisher.topic_name, form)
         self._opened.callback(record.close)
         return record
 
@@ -204,7 +237,8 @@ class CameraNode(SourceNode):
             return not ended
         raw = self._message(frame)
         if self._record is not None:
-            self._say_of_record(self._record.write(frame.stamp_ns, raw), frame.stamp_ns)
+            self._record.write(frame, raw)
+            self._say_of_record(frame.stamp_ns)
         if self._sampled is not None:
             self._sampled.take(self.sent, frame.picture)
         self.sent += 1
@@ -304,20 +338,15 @@ class CameraNode(SourceNode):
             )
         self._last_shape = shape
 
-    def _say_of_record(self, stopped: str, stamp_ns: int) -> None:
+    def _say_of_record(self, stamp_ns: int) -> None:
         """Say what the record has to say: a disk that runs full, or its end."""
         assert self._record is not None
         for line in self._record.take_warnings():
             self.get_logger().warning(line)
+        stopped, count = self._record.take_stopped(), self._record.count
         if stopped:
-            event = SourceEvent(
-                SourceEventKind.RECORD_STOPPED,
-                self.sent,
-                stamp_ns,
-                stopped,
-                count=self._record.count,
-            )
-            self._tell(event)
+            kind = SourceEventKind.RECORD_STOPPED
+            self._tell(SourceEvent(kind, self.sent, stamp_ns, stopped, count=count))
 
     def _end(self) -> None:
         why = self._camera.why_lost
@@ -330,7 +359,8 @@ class CameraNode(SourceNode):
         for event in self._bad.end():
             self._tell(event)
         if self._record is not None:
-            self._say_of_record(self._record.close(), self._last_ns)
+            self._record.close()
+            self._say_of_record(self._last_ns)
         self._announce_end()
 
     def destroy_node(self) -> None:

@@ -10,14 +10,13 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.typesys import Stores, get_typestore
 
 from worm_msgs_py import topics
-from worm_msgs_py.contract.frames import CAMERA
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.files.whole_files import new_folder, refuse_existing
 from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.bag_writer import PictureRecorder
+from worm_tracker.sources.bags.compressed_message import compressed_message
 from worm_tracker.sources.image_decoder import COMPRESSED_TYPE
 
 GreyPicture = NDArray[np.uint8] | NDArray[np.uint16]
@@ -26,8 +25,6 @@ STILLS = (".png", ".jpg", ".jpeg", ".bmp", ".pgm", ".tif", ".tiff")
 """Files that a folder's sequence is made of."""
 STACKS = (".tif", ".tiff")
 _READ_GREY = cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
-_PNG_SPEED = [cv2.IMWRITE_PNG_COMPRESSION, 1]
-_TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +147,7 @@ def _write(
         elif start_ns + offset_ns - first_ns <= last_ns:
             raise BadInput(f"{film.path}: its times do not increase (picture {number}); give --fps")
         last_ns = start_ns + offset_ns - first_ns
-        recorder.write(last_ns, _message(picture, last_ns, jpeg_quality))
+        recorder.write(last_ns, compressed_message(picture, last_ns, jpeg_quality))
         progress(recorder.count, max(film.frames, recorder.count))
     if not recorder.count:
         raise BadInput(f"{film.path}: no picture in it can be read; does a player show it?")
@@ -233,26 +230,6 @@ def _grey(picture: NDArray[Any]) -> GreyPicture:
         return picture
     grey: GreyPicture = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)  # type: ignore[assignment]
     return grey
-
-
-def _message(picture: GreyPicture, stamp_ns: int, jpeg_quality: int | None) -> bytes:
-    """Return a serialised CompressedImage."""
-    if jpeg_quality is None:
-        done, data = cv2.imencode(".png", picture, _PNG_SPEED)
-    else:
-        if picture.dtype != np.uint8:
-            raise BadInput("JPEG holds 8 bits and the pictures have 16; leave --jpeg-quality out")
-        done, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, jpeg_quality])
-    if not done:
-        raise BadInput(f"a picture of {_size(picture.shape)} pixels cannot be encoded")
-    seconds, nanoseconds = divmod(stamp_ns, NS_PER_S)
-    time = _TYPESTORE.types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
-    header = _TYPESTORE.types["std_msgs/msg/Header"](stamp=time, frame_id=CAMERA)
-    kind = "png" if jpeg_quality is None else "jpeg"
-    message = _TYPESTORE.types[COMPRESSED_TYPE](
-        header=header, format=kind, data=np.asarray(data, np.uint8).ravel()
-    )
-    return bytes(_TYPESTORE.serialize_cdr(message, COMPRESSED_TYPE))
 
 
 def _size(shape: tuple[int, ...]) -> str:
