@@ -36,8 +36,8 @@ def drawn_panels(panels: Iterable[Any], folder: Path, provenance: Mapping[str, A
         for panel in panels:
             svg = Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else ""
             if panel.figure is not None:
-                # It has found its layout, which takes longer than drawing it again.
-                panel.figure.set_layout_engine("none")
+                # It has found its layout: with an engine it would be drawn once more for each file.
+                panel.figure.set_layout_engine(None)
                 _write(panel, folder, provenance)
             found.append((panel, svg))
     drawn = {panel.key for panel, svg in found if svg}
