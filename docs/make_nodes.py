@@ -74,6 +74,7 @@ def enough_to_run(folder: Path) -> dict[str, dict[str, object]]:
     needed["camera"] = {"camera": str(film)}
     needed["simulated_camera"] = {"camera": "sim"}
     needed["recorder"] = {"out": str(folder / "out")}
+    needed["foxglove"] = {"port": 0}
     return needed
 
 

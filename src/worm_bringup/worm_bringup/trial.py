@@ -60,6 +60,8 @@ class Trial:
         ROS namespace of all nodes, such as ``/rig1``.
     with_pictures : bool
         Whether the results' bag holds the pictures of the bag that is played, too.
+    viewers : tuple of NodeSpec
+        Nodes that only look.
     """
 
     source: NodeSpec
@@ -70,6 +72,7 @@ class Trial:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     namespace: str = ""
     with_pictures: bool = False
+    viewers: tuple[NodeSpec, ...] = ()
 
     def nodes(self, out: Path | None) -> list[NodeSpec]:
         """Return all nodes but the source; the recorder where there is something to write to."""
@@ -77,6 +80,7 @@ class Trial:
             NodeSpec("worm_tracker.tracker_node", "tracker", self.tracker),
             NodeSpec("worm_analysis.analysis_node", "analysis", self.analysis),
             NodeSpec("worm_model.model_node", "model", self.model),
+            *self.viewers,
         ]
         if out is not None:
             provenance = json.dumps(self._provenance())

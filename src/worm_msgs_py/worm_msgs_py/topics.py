@@ -21,6 +21,9 @@ WORM_MIDLINE = "worm/midline"
 WORM_ANNOTATIONS = "worm/annotations"
 """What Foxglove draws over the picture, a message a frame."""
 
+WORM_OVERLAY = "worm/overlay/compressed"
+"""The pictures with all of that drawn over them, while somebody looks."""
+
 ANALYSIS_STATE = "analysis/state"
 ANALYSIS_EVENTS = "analysis/events"
 ANALYSIS_CORRELATION = "analysis/correlation"

@@ -38,6 +38,7 @@ def live(
             rich_help_panel=options.GRAPH,
         ),
     ] = False,
+    view: options.ViewOptions,
     graph: options.GraphOptions,
 ) -> None:
     """Track and analyse while the camera films; Ctrl-C ends the trial in good order.
@@ -60,6 +61,7 @@ def live(
         model=told.of("model"),
         metadata=told.of("recorder", declarations(TrialMetadata)),
         namespace=graph.namespace,
+        viewers=view.viewers(visible=not private),
     )
     how: dict[str, Any] = {"reach": reach, "patience_s": graph.watchdog_s}
     try:

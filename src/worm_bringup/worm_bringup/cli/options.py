@@ -12,6 +12,8 @@ from rclpy.validate_namespace import validate_namespace
 from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli.numbers import number, numbers
 from worm_bringup.cli.usage import refuse_together, refuse_without
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.overlay.foxglove_server import DEFAULT_PORT
 from worm_msgs_py import limits
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput
@@ -150,6 +152,34 @@ Namespace = Annotated[
     ),
 ]
 
+Foxglove = Annotated[
+    bool,
+    typer.Option(
+        "--foxglove",
+        help="Serve Foxglove: pictures, what is drawn over them, frames and numbers. Needs "
+        "pip install 'worm-escape[foxglove]'.",
+        rich_help_panel=GRAPH,
+    ),
+]
+FoxglovePort = Annotated[
+    int | None,
+    typer.Option(
+        help=f"Port that Foxglove connects to, {DEFAULT_PORT} where not given; 0: any that is "
+        "free. Two rigs need two.",
+        min=0,
+        max=65535,
+        rich_help_panel=GRAPH,
+    ),
+]
+FoxgloveHost = Annotated[
+    str | None,
+    typer.Option(
+        help="Address that Foxglove is served at, this machine alone where not given; 0.0.0.0 is "
+        "everybody on the network, without a password.",
+        rich_help_panel=GRAPH,
+    ),
+]
+
 MaxChunkMib = Annotated[
     float | None,
     number(
@@ -190,6 +220,33 @@ class GraphOptions:
         if self.network:
             return Reach.NETWORK
         return Reach.MACHINE if visible else Reach.OWN
+
+
+@dataclass(frozen=True)
+class ViewOptions:
+    """Who is shown the trial while it runs."""
+
+    foxglove: Foxglove = False
+    foxglove_port: FoxglovePort = None
+    foxglove_host: FoxgloveHost = None
+
+    def viewers(self, *, visible: bool) -> tuple[NodeSpec, ...]:
+        """Return the nodes that only look; the overlay's where others can see its topic.
+
+        Raises
+        ------
+        BadInput
+            Where an address is given that nobody serves.
+        """
+        options = asdict(self)
+        for name in ("foxglove_port", "foxglove_host"):
+            refuse_without(options, name, "foxglove", "is where Foxglove is served")
+        given = {"port": self.foxglove_port, "host": self.foxglove_host}
+        parameters = {name: value for name, value in given.items() if value is not None}
+        nodes = [NodeSpec("worm_bringup.overlay.overlay_node", "overlay")] if visible else []
+        if self.foxglove:
+            nodes.append(NodeSpec("worm_bringup.overlay.foxglove_node", "foxglove", parameters))
+        return tuple(nodes)
 
 
 @dataclass(frozen=True)

@@ -95,6 +95,7 @@ def replay(
             rich_help_panel=options.GRAPH,
         ),
     ] = False,
+    view: options.ViewOptions,
     graph: options.GraphOptions,
     salvage: Annotated[
         bool,
@@ -172,6 +173,7 @@ def replay(
         model=told.of("model"),
         metadata=told.of("recorder", declarations(TrialMetadata)),
         namespace=graph.namespace,
+        viewers=view.viewers(visible=visible),
         with_pictures=with_pictures,
     )
     checkpoints = None

@@ -12,6 +12,8 @@ NODES = {
     "analysis": "worm_analysis.analysis_node",
     "model": "worm_model.model_node",
     "recorder": "worm_bringup.recorder.recorder_node",
+    "overlay": "worm_bringup.overlay.overlay_node",
+    "foxglove": "worm_bringup.overlay.foxglove_node",
 }
 """The module of each."""
 ROS_NAMES = dict.fromkeys(("replay", "camera", "simulated_camera"), "image_source")

@@ -29,7 +29,7 @@ from worm_msgs_py.convert.model import (
     forecast_from_msg,
     forecast_to_msg,
 )
-from worm_msgs_py.convert.picture import picture_to_msg
+from worm_msgs_py.convert.picture import compressed_to_msg, picture_to_msg
 from worm_msgs_py.convert.source_events import source_events_from_msg, source_events_to_msg
 from worm_msgs_py.convert.stamp import stamp_to_msg, stamp_to_ns
 
@@ -41,6 +41,7 @@ __all__ = [
     "camera_info_to_msg",
     "comparison_from_msg",
     "comparison_to_msg",
+    "compressed_to_msg",
     "correlation_from_msg",
     "correlation_to_msg",
     "count_from_msg",

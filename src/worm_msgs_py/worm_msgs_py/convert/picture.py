@@ -1,10 +1,10 @@
-"""A picture as `sensor_msgs/Image`."""
+"""A picture as `sensor_msgs/Image`, and a file of one as `sensor_msgs/CompressedImage`."""
 
 import array
 
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CompressedImage, Image
 
 from worm_msgs_py.contract.frames import CAMERA
 from worm_msgs_py.convert.stamp import header
@@ -28,3 +28,12 @@ def picture_to_msg(picture: NDArray[np.uint8], stamp_ns: int, frame_id: str = CA
         step=int(width),
         data=data,
     )
+
+
+def compressed_to_msg(
+    file: bytes, form: str, stamp_ns: int, frame_id: str = CAMERA
+) -> CompressedImage:
+    """Write a JPEG or PNG file; `form` as image_transport names it, such as ``jpeg``."""
+    data = array.array("B")
+    data.frombytes(file)
+    return CompressedImage(header=header(stamp_ns, frame_id), format=str(form), data=data)

@@ -45,6 +45,8 @@ OF_THE_GRAPH: dict[str, tuple[str, ...]] = {
         ),
         "notes",
     ),
+    "overlay": ("jpeg_quality",),
+    "foxglove": ("host", "port", "jpeg_quality"),
 }
 """Names of the parameters by the node's name; of each node alone, the node itself knows more."""
 

@@ -45,5 +45,8 @@ IMAGE_REPLAY = _profile(16, ReliabilityPolicy.RELIABLE, DurabilityPolicy.VOLATIL
 IMAGE_LIVE = _profile(1, ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
 """Live pictures from a driver that is not ours: the latest frame wins."""
 
+VIEW = _profile(16, ReliabilityPolicy.BEST_EFFORT, DurabilityPolicy.VOLATILE)
+"""What is only looked at: nobody waits for a viewer."""
+
 FLOW = _profile(64, ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
 """Counters that give the source its back-pressure."""
