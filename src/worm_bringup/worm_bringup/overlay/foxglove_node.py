@@ -110,10 +110,6 @@ class FoxgloveNode(WatchingNode):
         send = self._server.send
         if topic == topics.CHAMBER:  # has no stamp of its own
             send(topic, data, self._now_ns)
-        elif topic == topics.ANALYSIS_CORRELATION:
-            if self._server.wants(CORRELATION_TOPIC):
-                curve = convert.correlation_from_msg(deserialize_message(data, JointTrajectory))
-                send(CORRELATION_TOPIC, curve_of(curve), stamp_of(data))
         elif topic == PICTURE:
             if self._server.wants(topics.IMAGE_COMPRESSED):
                 self._send_picture(data)
@@ -122,6 +118,9 @@ class FoxgloveNode(WatchingNode):
             if topic == topics.ANALYSIS_STATE and self._server.wants(NUMBERS_TOPIC):
                 observables = convert.observables_from_msg(deserialize_message(data, JointState))
                 send(NUMBERS_TOPIC, numbers_of(observables), stamp_of(data))
+            if topic == topics.ANALYSIS_CORRELATION and self._server.wants(CORRELATION_TOPIC):
+                curve = convert.correlation_from_msg(deserialize_message(data, JointTrajectory))
+                send(CORRELATION_TOPIC, curve_of(curve), stamp_of(data))
 
     def _send_picture(self, data: bytes) -> None:
         """Send a picture: as it is where it is a file, otherwise as JPEG."""

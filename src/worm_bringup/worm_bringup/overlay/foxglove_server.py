@@ -15,6 +15,7 @@ FORWARDED = {
     topics.WORM_STATE: "sensor_msgs/msg/JointState",
     topics.WORM_MIDLINE: "sensor_msgs/msg/PointCloud2",
     topics.ANALYSIS_STATE: "sensor_msgs/msg/JointState",
+    topics.ANALYSIS_CORRELATION: "trajectory_msgs/msg/JointTrajectory",
     topics.CHAMBER: "visualization_msgs/msg/MarkerArray",
 }
 """Served as they are on the graph and in bags, so that one layout does for both."""

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from worm_bringup.overlay.shapes import Circle, Ink, Polyline, Shapes
 from worm_msgs_py import topics
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.contract.camera_view import RigidTransform
+from worm_msgs_py.contract.camera_view import CAMERA_OVER_RIG, RigidTransform
 from worm_msgs_py.units import NS_PER_S
 
 TF_TYPE = "tf2_msgs/msg/TFMessage"
@@ -68,6 +68,14 @@ _CIRCLE, _POLYLINE, _TEXT = (
     _OF[f"foxglove_msgs/msg/{name}Annotation"] for name in ("Circle", "Points", "Text")
 )
 _NO_COLOR = _COLOR(r=0.0, g=0.0, b=0.0, a=0.0)
+
+
+def warm_up() -> None:
+    """Let rosbags write the code that serialises, as it does with a type's first message."""
+    ink = Ink("#000000")
+    shapes = Shapes((Circle(0.0, 0.0, 1.0, ink), Polyline(np.zeros((2, 2)), ink)), "warm")
+    shapes_to_cdr(shapes, 0)
+    transforms_to_cdr([CAMERA_OVER_RIG], 0)
 
 
 def transforms_to_cdr(transforms: Iterable[RigidTransform], stamp_ns: int) -> bytes:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from worm_bringup.overlay.frame_join import JoinedFrame
 from worm_bringup.overlay.shapes import shapes_of
-from worm_bringup.overlay.viewer_messages import shapes_to_cdr, transforms_to_cdr
+from worm_bringup.overlay.viewer_messages import shapes_to_cdr, transforms_to_cdr, warm_up
 from worm_msgs_py import convert, topics
 from worm_msgs_py.contract.camera_view import CAMERA_OVER_RIG, chamber_transforms, pinhole
 
@@ -18,6 +18,7 @@ class FrameViews:
 
     def __init__(self) -> None:
         self._camera_stands = False
+        warm_up()  # before the first frame: it takes 50 ms
 
     def of(self, frame: JoinedFrame) -> Iterator[tuple[str, bytes]]:
         """Yield topic and serialised message of all that belongs to a frame."""
