@@ -20,7 +20,7 @@ LARVA = Path(__file__).parents[2] / "bags" / "larva"
 WORM = Path(sys.executable).with_name("worm")
 ENDING = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 DURING_THE_REPORT = """
-import sys
+import os, sys
 from worm_bringup import trial
 from worm_bringup.cli import main
 
@@ -33,6 +33,7 @@ def write_when_told(directory):
     return write(directory)
 
 trial.write_report = write_when_told
+trial.REPORT_S = float(os.environ["REPORT_S"])
 main()
 """
 
@@ -99,7 +100,7 @@ def test_a_second_signal_ends_what_hangs():
             to_myself(signal.SIGINT)
 
 
-def replay_during_the_report(out, signals, word):
+def replay_during_the_report(out, signals, word, report_s=600.0):
     command = [sys.executable, "-c", DURING_THE_REPORT, "replay", LARVA, "--out", out]
     with subprocess.Popen(
         [*map(str, command), "--playback-duration", "1"],
@@ -107,11 +108,12 @@ def replay_during_the_report(out, signals, word):
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        env=os.environ | {"REPORT_S": str(report_s)},
     ) as process:
         assert process.stdout.readline() == "writing the report\n"
         for number in signals:
             process.send_signal(number)
-        _, err = process.communicate(word)
+        _, err = process.communicate(word) if word else (process.wait(), process.stderr.read())
         return process.returncode, err.splitlines()[-1] if err else ""
 
 
@@ -132,15 +134,16 @@ def test_a_signal_while_the_report_is_written_lets_it_be_written(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("signals", "word", "expected"),
+    ("signals", "word", "report_s", "expected"),
     [
-        pytest.param([signal.SIGTERM, signal.SIGINT], "", 130, id="interrupted twice"),
-        pytest.param([], "fail\n", 1, id="matplotlib fails"),
+        pytest.param([signal.SIGTERM, signal.SIGINT], "", 600.0, 130, id="interrupted twice"),
+        pytest.param([signal.SIGTERM], "", 0.01, 130, id="interrupted, and it takes too long"),
+        pytest.param([], "fail\n", 600.0, 1, id="matplotlib fails"),
     ],
 )
-def test_finished_data_outlive_the_report(tmp_path, signals, word, expected):
+def test_finished_data_outlive_the_report(tmp_path, signals, word, report_s, expected):
     out = tmp_path / "out"
-    status, line = replay_during_the_report(out, signals, word)
+    status, line = replay_during_the_report(out, signals, word, report_s)
     assert status == expected
     assert f"the results are whole and kept in {out}" in line
     assert files_of(out) == {*DATA, PICTURE}

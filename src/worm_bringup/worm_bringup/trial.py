@@ -21,6 +21,8 @@ from worm_msgs_py.ros.running import finish_despite_signals, stop_on_signals
 from worm_msgs_py.ros.watchdog import PATIENCE_S
 from worm_tracker.parameters import TrackerParameters
 
+REPORT_S = 1.5
+"""What the report is given after a signal; without it the results are whole, and say so."""
 _CHANGES_NO_RESULT = ("bag", "rate", "start_paused", "window")
 """Parameters of the player; the bag's content stands in the origin."""
 
@@ -207,7 +209,7 @@ def run_trial(
         )
         if not result.complete or result.frames == 0:
             raise Incomplete(result)
-        with finish_despite_signals():
+        with finish_despite_signals(REPORT_S):
             why = keep_picture(partial, trial.source.parameters)
             report = write_report(partial)
     if checkpoints is not None:

@@ -72,7 +72,11 @@ def main() -> None:
     what and what to do; 130 interrupted.
     """
     with outliving_the_terminal(), interrupted_by_signals():
-        _run()
+        try:
+            _run()
+        except KeyboardInterrupt:
+            _say_interrupted()
+            sys.exit(INTERRUPTED)
 
 
 def _run() -> None:
@@ -109,7 +113,13 @@ def _run() -> None:
             print(f"worm: {printable(note)}", file=sys.stderr)
         sys.exit(INTERRUPTED if error.result.interrupted else INCOMPLETE)
     else:
+        if status == INTERRUPTED:  # typer's word for KeyboardInterrupt
+            _say_interrupted()
         sys.exit(status or 0)
+
+
+def _say_interrupted() -> None:
+    print("worm: interrupted", file=sys.stderr)
 
 
 def _refuse(error: object) -> NoReturn:

@@ -43,6 +43,8 @@ def live(
 ) -> None:
     """Track and analyse while the camera films; Ctrl-C ends the trial in good order.
 
+    Results and report are then written; Ctrl-C once more leaves the report out (`worm report`).
+
     Frames count once the graph is ready. Where the tracker lags for more than two seconds the
     newest frame wins, and what is skipped is counted.
     """

@@ -1,5 +1,6 @@
 """Runs one node as a process of its own, until SIGINT, SIGTERM or SIGHUP."""
 
+import math
 import signal
 import sys
 import threading
@@ -64,10 +65,15 @@ def stop_on_signals() -> Iterator[threading.Event]:
 
 
 @contextmanager
-def finish_despite_signals() -> Iterator[None]:
+def finish_despite_signals(within_s: float = math.inf) -> Iterator[None]:
     """Let the block come to its end at the first signal; a second one raises KeyboardInterrupt.
 
     SIGHUP is never the second: nobody is there any more who waits.
+
+    Parameters
+    ----------
+    within_s : float
+        Seconds that the block is given from the first signal on; then KeyboardInterrupt is raised.
     """
     seen = False
 
@@ -75,13 +81,23 @@ def finish_despite_signals() -> Iterator[None]:
         nonlocal seen
         if seen and number != signal.SIGHUP:
             raise KeyboardInterrupt
+        if not seen and within_s < math.inf:
+            signal.setitimer(signal.ITIMER_REAL, within_s)
         seen = True
+
+    def on_alarm(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
 
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    with _handling(on_signal):
-        yield
+    before = signal.signal(signal.SIGALRM, on_alarm)
+    try:
+        with _handling(on_signal):
+            yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import JPEG_QUALITY, Limit
 from worm_msgs_py.ros.camera_driver import hear_driver
 from worm_msgs_py.ros.qos import IMAGE_REPLAY
+from worm_msgs_py.ros.running import stop_on_signals
 from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.bad_messages import BadMessages
 from worm_tracker.sources.bags.serialized_images import empty_picture
@@ -155,14 +156,16 @@ class CameraNode(SourceNode):
         if parameter("topic"):
             return self._open_topic(self.resolve_topic_name(parameter("topic")))
         wake = self.create_guard_condition(lambda: None)
-        camera = Camera(
-            parameter("camera"),
-            reconnect_s=parameter("reconnect"),
-            reconnect_delay_s=parameter("reconnect_delay"),
-            stall_s=parameter("stall"),
-            on_change=wake.trigger,
-            capture=self.capture_instead(),
-        )
+        with stop_on_signals() as stop:
+            camera = Camera(
+                parameter("camera"),
+                reconnect_s=parameter("reconnect"),
+                reconnect_delay_s=parameter("reconnect_delay"),
+                stall_s=parameter("stall"),
+                on_change=wake.trigger,
+                capture=self.capture_instead(),
+                keep_on=lambda: not stop.is_set(),
+            )
         self._opened.callback(camera.stop)
         return camera
 

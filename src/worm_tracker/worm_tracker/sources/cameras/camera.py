@@ -59,6 +59,8 @@ class Camera:
     capture : callable, optional
         Opens something else that films, with the methods of `cv2.VideoCapture`; the address is
         then shown alone.
+    keep_on : callable, optional
+        Asked again and again while it is being opened: False gives up, with KeyboardInterrupt.
 
     Raises
     ------
@@ -82,6 +84,7 @@ class Camera:
         stall_s: float = 5.0,
         on_change: Callable[[], None] | None = None,
         capture: Callable[[], Any] | None = None,
+        keep_on: Callable[[], bool] = lambda: True,
     ) -> None:
         self.shown_address = shown_address(address)
         self.kind = kind_of(address) if capture is None else Kind.STREAM
@@ -98,7 +101,7 @@ class Camera:
         self._began_ns = self._clock.now_ns()
         gap_s = math.inf if self.kind is Kind.FILE else stall_s
         self._watch = OutageWatch(reconnect_s, reconnect_delay_s, gap_s, self._began_ns)
-        self._capture = self._open()
+        self._capture = _in_a_thread(self._open, keep_on)
         if self._capture is None:
             raise BadInput(
                 f"{self.shown_address}: the {self.kind.value} cannot be opened; {self._hint()}"
@@ -136,7 +139,7 @@ class Camera:
         """End capturing; a frame that waits can still be taken."""
         self._stop.set()
         if self._thread.is_alive():
-            self._thread.join(timeout=1.0)
+            self._thread.join(timeout=_STOP_S)
         if self._thread.is_alive():
             # A dead stream holds it for longer, and it may not wake up in a dying interpreter.
             atexit.register(self._thread.join, OPEN_TIMEOUT_S + self._stall_s)
@@ -250,6 +253,28 @@ class Camera:
         )
 
 
+def _in_a_thread(opens: Callable[[], Any], keep_on: Callable[[], bool]) -> Any:
+    """Return what is opened; a camera that does not answer keeps nobody from ending."""
+    found: list[Any] = []
+
+    def run() -> None:
+        try:
+            found.append(opens())
+        except BaseException as error:
+            found.append(error)
+
+    thread = threading.Thread(target=run, name="capture", daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(_ASKED_EVERY_S)
+        if not keep_on():
+            raise KeyboardInterrupt
+    if isinstance(found[0], BaseException):
+        raise found[0]
+    return found[0]
+
+
+_STOP_S, _ASKED_EVERY_S = 0.5, 0.05
 _HINTS = {
     Kind.DEVICE: "is it plugged in, free, and may you read it?",
     Kind.STREAM: "does its address open in a browser or a player?",
