@@ -10,11 +10,12 @@ from mcap_ros2.decoder import DecoderFactory
 
 from worm_bringup.overlay.frame_join import FrameJoin
 from worm_bringup.overlay.shapes import shapes_of
-from worm_bringup.overlay.viewer_messages import TYPE_OF_TOPIC, TYPES, shapes_to_cdr
+from worm_bringup.overlay.viewer_messages import TYPE_OF_TOPIC, TYPES, camera_to_cdr, shapes_to_cdr
 from worm_bringup.overlay.views import FrameViews
 from worm_model.simulator.rig import Rig
 from worm_msgs_py import BodyState, Geometry, Midline, Status, topics
 from worm_msgs_py.colours import WALL_COLOUR
+from worm_msgs_py.contract.camera_view import pinhole
 
 FIRST = Rig(chamber_b=True).geometry()
 BUMPED = replace(Rig(chamber_b=True, centre_px=(515.0, 509.0)).geometry(), version=2)
@@ -142,3 +143,12 @@ def test_the_reason_is_written_in_the_corner():
     data = shapes_to_cdr(shapes_of(state, Midline.empty(), None), 0)
     (text,) = decoded(topics.WORM_ANNOTATIONS, data).texts
     assert text.text == "coiled"
+
+
+def test_nothing_of_the_memory_gets_between_the_fields():
+    """rclpy leaves the bytes between fields as it finds them; a bag is to be the same each time."""
+    data = camera_to_cdr(pinhole(FIRST), 1)
+    name = data.index(b"camera_optical_frame\0")
+    end = name + len(b"camera_optical_frame\0")
+    assert data[end : end + -(end - 4) % 4] == bytes(-(end - 4) % 4)
+    assert len(data) > end

@@ -5,16 +5,18 @@
 """
 
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from worm_bringup.overlay.shapes import Circle, Ink, Polyline, Shapes
-from worm_msgs_py import topics
+from worm_msgs_py import convert, topics
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.contract.camera_view import CAMERA_OVER_RIG, RigidTransform
+from worm_msgs_py.contract.camera_view import CAMERA_OVER_RIG, Pinhole, RigidTransform
 from worm_msgs_py.units import NS_PER_S
+from worm_tracker.sources.bags.serialized_images import with_stamp
 
 TF_TYPE = "tf2_msgs/msg/TFMessage"
 ANNOTATIONS_TYPE = "foxglove_msgs/msg/ImageAnnotations"
@@ -76,6 +78,18 @@ def warm_up() -> None:
     shapes = Shapes((Circle(0.0, 0.0, 1.0, ink), Polyline(np.zeros((2, 2)), ink)), "warm")
     shapes_to_cdr(shapes, 0)
     transforms_to_cdr([CAMERA_OVER_RIG], 0)
+
+
+def camera_to_cdr(camera: Pinhole, stamp_ns: int) -> bytes:
+    """Serialise a camera as one `sensor_msgs/CameraInfo`."""
+    return with_stamp(_camera(camera), stamp_ns)
+
+
+@lru_cache(maxsize=4)
+def _camera(camera: Pinhole) -> bytes:
+    raw = convert.camera_info_to_cdr(camera, 0)
+    message = TYPES.deserialize_cdr(raw, CAMERA_INFO_TYPE)
+    return bytes(TYPES.serialize_cdr(message, CAMERA_INFO_TYPE))  # rclpy leaves padding as it was
 
 
 def transforms_to_cdr(transforms: Iterable[RigidTransform], stamp_ns: int) -> bytes:

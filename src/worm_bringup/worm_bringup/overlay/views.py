@@ -4,8 +4,13 @@ from collections.abc import Iterator
 
 from worm_bringup.overlay.frame_join import JoinedFrame
 from worm_bringup.overlay.shapes import shapes_of
-from worm_bringup.overlay.viewer_messages import shapes_to_cdr, transforms_to_cdr, warm_up
-from worm_msgs_py import convert, topics
+from worm_bringup.overlay.viewer_messages import (
+    camera_to_cdr,
+    shapes_to_cdr,
+    transforms_to_cdr,
+    warm_up,
+)
+from worm_msgs_py import topics
 from worm_msgs_py.contract.camera_view import CAMERA_OVER_RIG, chamber_transforms, pinhole
 
 
@@ -24,7 +29,7 @@ class FrameViews:
         """Yield topic and serialised message of all that belongs to a frame."""
         stamp_ns, geometry = frame.state.stamp_ns, frame.geometry
         if geometry is not None:
-            yield topics.CAMERA_INFO, convert.camera_info_to_cdr(pinhole(geometry), stamp_ns)
+            yield topics.CAMERA_INFO, camera_to_cdr(pinhole(geometry), stamp_ns)
             if geometry.chambers and not self._camera_stands:
                 self._camera_stands = True
                 yield topics.TF_STATIC, transforms_to_cdr([CAMERA_OVER_RIG], stamp_ns)
