@@ -37,9 +37,7 @@ def draw_over(grey: Picture, shapes: Shapes) -> NDArray[np.uint8]:
             blended = cv2.addWeighted(layer, opacity, picture, 1.0 - opacity, 0.0)
             picture = np.asarray(blended, np.uint8)
     if shapes.text:
-        for colour, thick in (((0, 0, 0), 3), ((255, 255, 255), 1)):
-            place = shapes.text, _TEXT_AT, _FACE, _TEXT_SIZE, colour, thick
-            cv2.putText(picture, *place, cv2.LINE_AA)
+        _write(picture, shapes.text)
     return picture
 
 
@@ -52,6 +50,15 @@ def _draw_all(picture: NDArray[np.uint8], items: Iterable[Polyline | Circle]) ->
         if isinstance(item, Circle) and item.filled:
             cv2.fillPoly(picture, [points], colour, cv2.LINE_AA, _SHIFT)
         cv2.polylines(picture, [points], closed, colour, thick, cv2.LINE_AA, _SHIFT)
+
+
+def _write(picture: NDArray[np.uint8], text: str) -> None:
+    """Write white on black into the upper left corner."""
+    (wide, high), below = cv2.getTextSize(text, _FACE, _TEXT_SIZE, 1)
+    u, v = _TEXT_AT
+    corners = (u - 4, v - high - 4), (u + wide + 4, v + below + 2)
+    cv2.rectangle(picture, *corners, (0, 0, 0), cv2.FILLED)
+    cv2.putText(picture, text, _TEXT_AT, _FACE, _TEXT_SIZE, (255, 255, 255), 1, cv2.LINE_AA)
 
 
 def _fixed(places: NDArray[np.float64]) -> NDArray[np.int32]:

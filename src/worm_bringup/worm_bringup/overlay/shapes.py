@@ -32,6 +32,8 @@ _THICK_PX = 1.5
 _LEAST_DOT_PX = 5.0
 _DOT_WIDTHS = 0.8
 """A keypoint's dot in widths of the body: the body's edges stay to be seen beside it."""
+_RING = 2.0
+"""A ring is so much larger than a dot: one that is small would look filled."""
 _MIDLINE_WITHIN_PX = 0.2
 """A midline is drawn through the fewest of its points that keep all others so near."""
 _KEYPOINT_COLOURS = (("tail", TAIL_COLOUR), ("centroid", CENTROID_COLOUR), ("head", HEAD_COLOUR))
@@ -144,8 +146,9 @@ def _dots(state: BodyState, opacity: float) -> tuple[Circle, ...]:
         point = getattr(state, name)
         if isfinite(point.u_px) and isfinite(point.v_px):
             filled = name == "centroid" or state.head_certainty >= SURE_HEAD_CERTAINTY
+            size_px = radius_px if filled else _RING * radius_px
             ink = Ink(colour, opacity)
-            dots.append(Circle(point.u_px, point.v_px, radius_px, ink, filled))
+            dots.append(Circle(point.u_px, point.v_px, size_px, ink, filled))
     return tuple(dots)
 
 
