@@ -7,14 +7,20 @@ from typing import Annotated, Any
 
 import typer
 
-from worm_bringup.cli.numbers import number
+from worm_bringup.cli.numbers import number, numbers
 from worm_bringup.cli.usage import refuse_without
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.nodes import parameters_of
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import JPEG_QUALITY
-from worm_tracker.sources.camera_node import RECONNECT
+from worm_tracker.sources.camera_parameters import RECONNECT
 from worm_tracker.sources.cameras.camera_address import Kind, kind_of, shown_address
+from worm_tracker.sources.cameras.camera_settings import (
+    CAMERA_RATE,
+    EXPOSURE_MS,
+    PLACE_IN_PICTURE_PX,
+    SIDE_PX,
+)
 from worm_tracker.sources.cameras.live_record import (
     GOOD_QUALITY,
     SPLIT_MIB,
@@ -24,6 +30,7 @@ from worm_tracker.sources.cameras.live_record import (
 
 _CAMERA, _RECORD = "The camera", "The record of the pictures"
 _CAMERAS, _SIMULATED = "worm_tracker.sources.camera_node", "worm_bringup.simulated_camera"
+_REGION = tuple(f"region_{part}_px" for part in ("u", "v", "width", "height"))
 SIMULATED = "sim"
 """The address of the simulated rig."""
 
@@ -43,6 +50,38 @@ DriverTopic = Annotated[
         help="Instead of a camera, the topic of a driver that runs on its own, such as "
         "/camera/image_raw or /camera/image_raw/compressed.",
         rich_help_panel=_CAMERA,
+    ),
+]
+SizePx = Annotated[
+    tuple[int, int] | None,
+    numbers(
+        "Size that the camera is asked for. What it does not take is told, and stands in the "
+        "results.",
+        rich_help_panel=_CAMERA,
+        W=SIDE_PX,
+        H=SIDE_PX,
+    ),
+]
+FramesPerS = Annotated[
+    float | None,
+    number(
+        CAMERA_RATE, "--fps", help="Rate that the camera is asked for.", rich_help_panel=_CAMERA
+    ),
+]
+ExposureMs = Annotated[
+    float | None,
+    number(EXPOSURE_MS, help="Exposure that it is asked for.", rich_help_panel=_CAMERA),
+]
+RegionPx = Annotated[
+    tuple[int, int, int, int] | None,
+    numbers(
+        "The part of each picture that is used, from whichever source: left and upper edge, width "
+        "and height.",
+        rich_help_panel=_CAMERA,
+        U=PLACE_IN_PICTURE_PX,
+        V=PLACE_IN_PICTURE_PX,
+        W=SIDE_PX,
+        H=SIDE_PX,
     ),
 ]
 RecordBag = Annotated[
@@ -98,6 +137,10 @@ class CameraOptions:
 
     camera: CameraAddress = None
     topic: DriverTopic = None
+    size_px: SizePx = None
+    fps: FramesPerS = None
+    exposure_ms: ExposureMs = None
+    region_px: RegionPx = None
     record: RecordBag = None
     record_as: RecordedAs = None
     jpeg_quality: JpegQuality = None
@@ -154,7 +197,12 @@ class CameraOptions:
         about_the_record = ("record_as", "jpeg_quality", "split_mib", "split_min")
         for name in about_the_record:
             refuse_without(vars(self), name, "record", "is about the record")
+        size, region = self.size_px or (None,) * 2, self.region_px or (None,) * 4
         given: dict[str, Any] = {
+            **dict(zip(("width_px", "height_px"), size, strict=True)),
+            "frames_per_s": self.fps,
+            "exposure_ms": self.exposure_ms,
+            **dict(zip(_REGION, region, strict=True)),
             "reconnect": self.reconnect_s,
             "record": None if self.record is None else str(self.record),
             **{name: vars(self)[name] for name in about_the_record},
@@ -166,6 +214,8 @@ class CameraOptions:
         """Return where the pictures come from, for the results, and that a record is another."""
         told = source.parameters
         origin = {"camera" if self.topic is None else "topic": self.shown}
+        if told.get(_REGION[2]):
+            origin["region_px"] = " ".join(str(told.get(name, 0)) for name in _REGION)
         if told.get("record") and told.get("record_as") == RecordAs.JPEG:
             quality = told.get("jpeg_quality", GOOD_QUALITY)
             origin["record"] = f"jpeg of quality {quality}: its replay gives other numbers"

@@ -9,6 +9,8 @@ from typing import Any
 class SourceEventKind(StrEnum):
     """What happened."""
 
+    NOT_ACCEPTED = "not_accepted"
+    """The camera did not take a setting that was asked for, and films otherwise."""
     OUTAGE = "outage"
     """The camera gave no picture for some time, and came back."""
     LOST = "lost"
@@ -106,6 +108,8 @@ def _line(kind: SourceEventKind, events: list[SourceEvent]) -> str:
         return f"{count} messages of the recording are lost: {first}"
     if kind is SourceEventKind.LOST_ON_THE_WAY:
         return f"{count} pictures of the camera's driver never came: {first}"
+    if kind is SourceEventKind.NOT_ACCEPTED:
+        return "the camera films otherwise than asked: " + "; ".join(one.why for one in events)
     if kind in (SourceEventKind.MISCOUNTED, SourceEventKind.MISSING_ROWS):
         return first
     if kind is SourceEventKind.BAD_MESSAGE:

@@ -14,6 +14,8 @@ OF_THE_GRAPH: dict[str, tuple[str, ...]] = {
         *("salvage", "max_chunk_mib", "max_megapixels", "window"),
         *("camera", "record", "pictures", "reconnect", "reconnect_delay", "stall", "seed"),
         *("record_as", "jpeg_quality", "split_mib", "split_min"),
+        *("width_px", "height_px", "frames_per_s", "exposure_ms"),
+        *("region_u_px", "region_v_px", "region_width_px", "region_height_px"),
     ),
     "tracker": (
         *("polarity", "no_chamber", "radius_m", "centre_u_px", "centre_v_px", "radius_px"),

@@ -2,31 +2,29 @@
 
 import math
 import sys
+import time
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
-from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.limits import JPEG_QUALITY, Limit
 from worm_msgs_py.ros.camera_driver import hear_driver
 from worm_msgs_py.ros.qos import IMAGE_REPLAY
 from worm_msgs_py.ros.running import stop_on_signals
 from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.bad_messages import BadMessages
 from worm_tracker.sources.bags.serialized_images import empty_picture
+from worm_tracker.sources.camera_parameters import CAMERA_PARAMETERS
 from worm_tracker.sources.cameras.camera import Camera
-from worm_tracker.sources.cameras.camera_address import Kind, shown_address
+from worm_tracker.sources.cameras.camera_address import Kind
+from worm_tracker.sources.cameras.camera_settings import CameraSettings, Region
 from worm_tracker.sources.cameras.live_record import (
-    GOOD_QUALITY,
-    SPLIT_MIB,
-    SPLIT_MIN,
     LiveRecord,
     RecordAs,
     RecordForm,
@@ -35,11 +33,9 @@ from worm_tracker.sources.cameras.outages import Outage
 from worm_tracker.sources.cameras.sampled_pictures import SampledPictures
 from worm_tracker.sources.cameras.topic_camera import TopicCamera
 from worm_tracker.sources.cameras.waiting_frames import MOST_WAITING, CapturedFrame
-from worm_tracker.sources.image_decoder import IMAGE_TYPE, MAX_MEGAPIXELS, MEGAPIXELS
+from worm_tracker.sources.image_decoder import IMAGE_TYPE
 from worm_tracker.sources.source_node import SourceNode, run_source_alone
 
-RECONNECT = Limit(0.0, 86400.0, "s")
-SECONDS = Limit(1e-3, 3600.0, "s")
 _LOST_TOLD_EVERY_NS = 10 * NS_PER_S
 
 
@@ -62,66 +58,7 @@ class CameraNode(SourceNode):
         The camera cannot be opened, or the record cannot be written.
     """
 
-    PARAMETERS: ClassVar[tuple[Declaration, ...]] = (
-        Declaration(
-            "camera",
-            "",
-            "A V4L2 device, an HTTP (MJPEG) or RTSP address, or a video file; ROS shows no "
-            "password of it.",
-            shown=shown_address,
-        ),
-        Declaration(
-            "topic",
-            "",
-            "Instead of a camera: the topic of a driver that runs on its own, raw or compressed, "
-            "reliable or best effort.",
-        ),
-        Declaration(
-            "max_megapixels",
-            MAX_MEGAPIXELS,
-            "Larger pictures of a driver are bad ones.",
-            MEGAPIXELS,
-        ),
-        Declaration(
-            "record",
-            "",
-            "Directory into which every picture that is sent is recorded; empty: none. Its replay "
-            "gives the same frames with the same stamps, and so the same results.",
-        ),
-        Declaration(
-            "record_as",
-            str(RecordAs.ZSTD),
-            "How the record is compressed: zstd and png keep every pixel; a replay of jpeg gives "
-            "other numbers.",
-            choices=tuple(map(str, RecordAs)),
-        ),
-        Declaration("jpeg_quality", GOOD_QUALITY, "Of a record that is jpeg.", JPEG_QUALITY),
-        Declaration(
-            "split_mib",
-            4096.0,
-            "Size at which the record goes on in another file; 0: never.",
-            SPLIT_MIB,
-        ),
-        Declaration(
-            "split_min",
-            30.0,
-            "Time after which the record goes on in another file; 0: never.",
-            SPLIT_MIN,
-        ),
-        Declaration(
-            "pictures",
-            "",
-            "Directory in which some of the pictures are kept, for a report; empty: none.",
-        ),
-        Declaration(
-            "reconnect",
-            600.0,
-            "Time for which a device or stream that has stopped is opened anew.",
-            RECONNECT,
-        ),
-        Declaration("reconnect_delay", 0.5, "Time before the first attempt.", SECONDS),
-        Declaration("stall", 5.0, "Time without a frame: the stream has stopped.", SECONDS),
-    )
+    PARAMETERS = CAMERA_PARAMETERS
     endless = True
 
     def __init__(self, **node_arguments: Any) -> None:
@@ -133,6 +70,9 @@ class CameraNode(SourceNode):
         self._last_ns = 0
         self._bad = BadMessages()
         self._lost_told = self._lost_told_ns = 0
+        self._region = Region(
+            *(self.read_parameter(f"region_{part}_px") for part in ("u", "v", "width", "height"))
+        )
         self._publisher = self.create_publisher(Image, topics.IMAGE, IMAGE_REPLAY)
         self._opened = ExitStack()
         try:
@@ -153,6 +93,8 @@ class CameraNode(SourceNode):
         parameter = self.read_parameter
         if bool(parameter("camera")) == bool(parameter("topic")):
             raise BadInput("set one of the parameters `camera` and `topic`")
+        if bool(self._region.width_px) != bool(self._region.height_px):
+            raise BadInput("set both of `region_width_px` and `region_height_px`, or none")
         if parameter("topic"):
             return self._open_topic(self.resolve_topic_name(parameter("topic")))
         wake = self.create_guard_condition(lambda: None)
@@ -165,6 +107,12 @@ class CameraNode(SourceNode):
                 on_change=wake.trigger,
                 capture=self.capture_instead(),
                 keep_on=lambda: not stop.is_set(),
+                settings=CameraSettings(
+                    parameter("width_px"),
+                    parameter("height_px"),
+                    parameter("frames_per_s"),
+                    parameter("exposure_ms"),
+                ),
             )
         self._opened.callback(camera.stop)
         return camera
@@ -220,6 +168,9 @@ class CameraNode(SourceNode):
 
     def begin(self) -> None:
         """Begin to film: all other nodes are ready."""
+        for why in self._camera.not_accepted:
+            self.get_logger().warning(f"{self._camera.shown_address}: {why}")
+            self._tell(SourceEvent(SourceEventKind.NOT_ACCEPTED, 0, time.time_ns(), why))
         self._camera.begin()
 
     def wait_s(self) -> float:
@@ -230,7 +181,7 @@ class CameraNode(SourceNode):
     def publish_next(self) -> bool:
         """Publish the next picture; at the end say so and return False."""
         ended = self._camera.ended  # asked first: a last frame may come between
-        frame = self._camera.take()
+        frame = self._take()
         for outage in self._camera.take_outages():
             self._tell_outage(outage)
         self._tell_lost(ended and frame is None)
@@ -248,6 +199,16 @@ class CameraNode(SourceNode):
         self._last_ns = frame.stamp_ns
         self._publisher.publish(raw)
         return True
+
+    def _take(self) -> CapturedFrame | None:
+        """Return the part that is used of the oldest frame that waits; None where there is none."""
+        captured = self._camera.take()
+        if captured is None:
+            return None
+        frame = self._region.of(captured)
+        if frame.why_bad and not captured.why_bad and not self.sent:
+            raise BadInput(f"{frame.why_bad}: choose another one (--region-px)")
+        return frame
 
     def _message(self, frame: CapturedFrame) -> bytes:
         """Return a frame as a serialised Image, an empty one where it is bad; tell which are."""

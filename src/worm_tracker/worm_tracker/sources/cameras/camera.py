@@ -12,6 +12,7 @@ import cv2
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.cameras.camera_address import HIDDEN, Kind, kind_of, shown_address
+from worm_tracker.sources.cameras.camera_settings import CameraSettings
 from worm_tracker.sources.cameras.capture import OPEN_TIMEOUT_S, grey, open_capture
 from worm_tracker.sources.cameras.film_pace import FilmPace
 from worm_tracker.sources.cameras.outages import LONGEST_PAUSE_S, Outage, OutageWatch
@@ -61,6 +62,13 @@ class Camera:
         then shown alone.
     keep_on : callable, optional
         Asked again and again while it is being opened: False gives up, with KeyboardInterrupt.
+    settings : CameraSettings, optional
+        What it is asked to film like, each time that it is opened.
+
+    Attributes
+    ----------
+    not_accepted : list of str
+        What of that it did not take when it was opened last.
 
     Raises
     ------
@@ -85,12 +93,15 @@ class Camera:
         on_change: Callable[[], None] | None = None,
         capture: Callable[[], Any] | None = None,
         keep_on: Callable[[], bool] = lambda: True,
+        settings: CameraSettings | None = None,
     ) -> None:
         self.shown_address = shown_address(address)
         self.kind = kind_of(address) if capture is None else Kind.STREAM
         self._capture_instead = capture
         self.why_lost = ""
         self._address = address
+        self._settings = settings or CameraSettings()
+        self.not_accepted: list[str] = []
         self.reconnect_s, self._stall_s = reconnect_s, stall_s
         self._on_change = on_change or (lambda: None)
         self._stop = threading.Event()
@@ -191,8 +202,12 @@ class Camera:
 
     def _open(self) -> Any | None:
         if self._capture_instead is not None:
-            return self._capture_instead()
-        return open_capture(self._address, self.kind, self._stall_s)
+            capture = self._capture_instead()
+        else:
+            capture = open_capture(self._address, self.kind, self._stall_s)
+        if capture is not None:
+            self.not_accepted = self._settings.apply(capture, self.kind)
+        return capture
 
     def _run(self) -> None:
         try:

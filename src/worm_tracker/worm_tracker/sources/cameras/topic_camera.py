@@ -56,6 +56,7 @@ class TopicCamera:
         self._any_decoded = self._stopped = False
         self.lost = 0
         self.why_lost = ""
+        self.not_accepted: list[str] = []
 
     def take_message(self, message: Any, number: int) -> None:
         """Take a message with the number that DDS gives it among those of its publisher.
