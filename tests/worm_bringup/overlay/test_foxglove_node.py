@@ -17,9 +17,11 @@ from shown_frames import Sender, film
 from websockets.sync.client import connect
 
 from worm_bringup.cli import main
+from worm_bringup.cli.options import ViewOptions
 from worm_bringup.overlay.foxglove_node import FoxgloveNode
 from worm_bringup.overlay.foxglove_server import SERVED, FoxgloveServer
 from worm_bringup.overlay.plain_numbers import SCHEMAS
+from worm_bringup.rig_file import read_rig
 from worm_msgs_py.errors import BadInput
 
 LONG_S = 30.0
@@ -172,3 +174,13 @@ def test_an_address_without_a_server_is_refused(monkeypatch, capsys, tmp_path, o
         main()
     assert ended.value.code == 2
     assert "--foxglove" in capsys.readouterr().err
+
+
+def test_a_rig_file_may_say_the_port(tmp_path):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text("foxglove:\n  ros__parameters:\n    port: 9999\n    jpeg_quality: 50\n")
+    told = read_rig([rig])
+    (spec,) = ViewOptions(foxglove=True).viewers(told, visible=False)
+    assert spec.parameters == {"port": 9999, "jpeg_quality": 50}
+    *_, over = ViewOptions(foxglove=True, foxglove_port=7).viewers(told, visible=True)
+    assert over.parameters == {"port": 7, "jpeg_quality": 50}

@@ -63,7 +63,7 @@ def live(
         model=told.of("model"),
         metadata=told.of("recorder", declarations(TrialMetadata)),
         namespace=graph.namespace,
-        viewers=view.viewers(visible=not private),
+        viewers=view.viewers(told, visible=not private),
     )
     how: dict[str, Any] = {"reach": reach, "patience_s": graph.watchdog_s}
     try:

@@ -13,7 +13,9 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli.numbers import number, numbers
 from worm_bringup.cli.usage import refuse_together, refuse_without
 from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.nodes import NODES
 from worm_bringup.overlay.foxglove_server import DEFAULT_PORT
+from worm_bringup.rig_file import RigParameters
 from worm_msgs_py import limits
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput
@@ -230,8 +232,8 @@ class ViewOptions:
     foxglove_port: FoxglovePort = None
     foxglove_host: FoxgloveHost = None
 
-    def viewers(self, *, visible: bool) -> tuple[NodeSpec, ...]:
-        """Return the nodes that only look; the overlay's where others can see its topic.
+    def viewers(self, told: RigParameters, *, visible: bool) -> tuple[NodeSpec, ...]:
+        """Return the nodes that only look, after a rig file; the overlay's where others see it.
 
         Raises
         ------
@@ -242,11 +244,10 @@ class ViewOptions:
         for name in ("foxglove_port", "foxglove_host"):
             refuse_without(options, name, "foxglove", "is where Foxglove is served")
         given = {"port": self.foxglove_port, "host": self.foxglove_host}
-        parameters = {name: value for name, value in given.items() if value is not None}
-        nodes = [NodeSpec("worm_bringup.overlay.overlay_node", "overlay")] if visible else []
-        if self.foxglove:
-            nodes.append(NodeSpec("worm_bringup.overlay.foxglove_node", "foxglove", parameters))
-        return tuple(nodes)
+        address = {name: value for name, value in given.items() if value is not None}
+        names = ["overlay"] * visible + ["foxglove"] * self.foxglove
+        parameters = {"overlay": told.of("overlay"), "foxglove": told.of("foxglove") | address}
+        return tuple(NodeSpec(NODES[name], name, parameters[name]) for name in names)
 
 
 @dataclass(frozen=True)

@@ -173,7 +173,7 @@ def replay(
         model=told.of("model"),
         metadata=told.of("recorder", declarations(TrialMetadata)),
         namespace=graph.namespace,
-        viewers=view.viewers(visible=visible),
+        viewers=view.viewers(told, visible=visible),
         with_pictures=with_pictures,
     )
     checkpoints = None
