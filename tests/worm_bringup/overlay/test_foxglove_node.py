@@ -21,7 +21,7 @@ from worm_bringup.cli.options import ViewOptions
 from worm_bringup.overlay.foxglove_node import FoxgloveNode
 from worm_bringup.overlay.foxglove_server import SERVED, FoxgloveServer
 from worm_bringup.overlay.plain_numbers import SCHEMAS
-from worm_bringup.rig_file import read_rig
+from worm_bringup.rig.rig_file import read_rig
 from worm_msgs_py.errors import BadInput
 
 LONG_S = 30.0

@@ -15,7 +15,7 @@ from worm_bringup.cli.progress import progress_bar, show_trial
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out, results_directory
 from worm_bringup.recorder.metadata import TrialMetadata
-from worm_bringup.rig_file import read_rig
+from worm_bringup.rig.rig_file import read_rig
 from worm_bringup.tracks.track_analysis import analyse_tracks
 from worm_bringup.tracks.track_rig import TableRig, rig_of_summary
 from worm_bringup.tracks.track_table import TrackTable

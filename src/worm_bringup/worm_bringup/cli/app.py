@@ -7,6 +7,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from worm_bringup.cli.analyse import analyse
+from worm_bringup.cli.calibrate import calibrate
 from worm_bringup.cli.doctor import doctor
 from worm_bringup.cli.evaluate import evaluate
 from worm_bringup.cli.export import export
@@ -58,7 +59,18 @@ def _worm(
 
 
 app.command("import")(import_)
-for command in (replay, repair, live, simulate, analyse, evaluate, report, export, doctor):
+for command in (
+    replay,
+    repair,
+    live,
+    calibrate,
+    simulate,
+    analyse,
+    evaluate,
+    report,
+    export,
+    doctor,
+):
     app.command()(command)
 app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})(node)
 app.add_typer(model)

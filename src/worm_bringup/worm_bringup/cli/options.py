@@ -15,7 +15,7 @@ from worm_bringup.cli.usage import refuse_together, refuse_without
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.nodes import NODES
 from worm_bringup.overlay.foxglove_server import DEFAULT_PORT
-from worm_bringup.rig_file import RigParameters
+from worm_bringup.rig.rig_file import RigParameters
 from worm_msgs_py import limits
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput

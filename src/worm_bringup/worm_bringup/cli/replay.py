@@ -17,7 +17,7 @@ from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.provenance import bag_hash
 from worm_bringup.recorder.metadata import TrialMetadata
-from worm_bringup.rig_file import read_rig
+from worm_bringup.rig.rig_file import read_rig
 from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput, TrackerError

@@ -20,7 +20,7 @@ from worm_bringup.cli.simulation_options import FilmOptions, Model, WormOptions
 from worm_bringup.cli.terminal import say
 from worm_bringup.graph.in_process import Progress
 from worm_bringup.outputs.results_directory import check_out, results_directory
-from worm_bringup.rig_file import read_rig
+from worm_bringup.rig.rig_file import read_rig
 from worm_bringup.tracks.simulated_tracks import track_table
 from worm_bringup.tracks.track_analysis import analyse_tracks
 from worm_bringup.tracks.track_rig import TableRig

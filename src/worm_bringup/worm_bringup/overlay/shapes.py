@@ -107,13 +107,17 @@ def shapes_of(state: BodyState, midline: Midline, geometry: Geometry | None) -> 
         The rig in this frame; None where it is not known.
     """
     ink = 1.0 if state.status is Status.TRACKED else PALE
-    chambers = geometry.chambers if geometry is not None else ()
-    walls = tuple(
-        Circle(c.centre_u_px, c.centre_v_px, c.radius_px, Ink(WALL_COLOUR)) for c in chambers
-    )
-    exits = tuple(_exit(c) for c in chambers if isfinite(c.exit_width_m) and c.exit_width_m > 0)
     body = tuple(Polyline(part, Ink(MIDLINE_COLOUR, ink)) for part in _parts(midline))
-    return Shapes((*walls, *exits, *body, *_dots(state, ink)), _doubt(state))
+    rig = shapes_of_rig(geometry) if geometry is not None else ()
+    return Shapes((*rig, *body, *_dots(state, ink)), _doubt(state))
+
+
+def shapes_of_rig(geometry: Geometry) -> tuple[Circle | Polyline, ...]:
+    """Return walls and exits."""
+    chambers = geometry.chambers
+    walls = (Circle(c.centre_u_px, c.centre_v_px, c.radius_px, Ink(WALL_COLOUR)) for c in chambers)
+    exits = (_exit(c) for c in chambers if isfinite(c.exit_width_m) and c.exit_width_m > 0)
+    return (*walls, *exits)
 
 
 def _exit(chamber: Chamber) -> Polyline:

@@ -144,10 +144,12 @@ def _agreed(seen: list[Chamber]) -> Chamber:
 
 
 def _median(chambers: list[Chamber], name: str, sd_name: str) -> tuple[float, float]:
-    """Return the median of a number, and the larger of its fits' own sd and its scatter."""
-    values = _values(chambers, name)
-    own = float(np.median(_values(chambers, sd_name)))  # NaN where the number was given
-    return float(np.median(values)), max(_scatter(values), own if isfinite(own) else 0.0)
+    """Return the median of a number, and the larger of its fits' own sd and its scatter.
+
+    The latter is NaN where the number was given.
+    """
+    values, own = _values(chambers, name), float(np.median(_values(chambers, sd_name)))
+    return float(np.median(values)), max(own, _scatter(values)) if isfinite(own) else nan
 
 
 def _values(chambers: list[Chamber], name: str) -> Floats:

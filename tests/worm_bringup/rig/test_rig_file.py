@@ -11,11 +11,11 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from worm_bringup.graph.nodes import NODES, ROS_NAMES, parameters_of
-from worm_bringup.rig_file import _RosLoader, declared_of, read_rig
+from worm_bringup.rig.rig_file import _RosLoader, declared_of, read_rig
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.network import Reach, dds_settings, environment
 
-EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "rig.yaml"
+EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "rig.yaml"
 SCALARS = (
     *("1", "0", "-3", "+3", "010", "0x1f", "1_000", "1.5", "21.", ".5", "1e3", "1e-3", "-2.5E+4"),
     *(".nan", "nan", "inf", "-.inf", "true", "True", "TRUE", "tRue", "yes", "No", "on", "Off"),

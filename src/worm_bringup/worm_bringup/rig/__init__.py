@@ -1,0 +1,1 @@
+"""Rig files: read and checked, or made of what pictures show."""
