@@ -17,6 +17,7 @@ COMMANDS = "cli"
 SHARED_PUBLIC = {
     "main": "how a program is started: each entry point has one",
     "simulate": "the command, and what it calls: a trial of the filament",
+    "calibrate": "the command, and what it calls for each picture",
     "generate_launch_description": "what ros2 launch calls in a launch file",
     "NAME": "of a node: each has its own",
     "SCHEMA": "of a file: each module of results writes one",

@@ -14,7 +14,13 @@ from worm_bringup.cli.terminal import say
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.rig.rig_file import RigParameters, read_rig
 from worm_bringup.rig.sample_pictures import pictures_of_camera, pictures_of_recording
-from worm_bringup.rig.written_rig import as_png, found_entries, in_words, rig_picture, rig_text
+from worm_bringup.rig.written_rig import (
+    as_png,
+    found_entries,
+    found_in_words,
+    rig_picture,
+    rig_text,
+)
 from worm_msgs_py.arrays import Picture
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_msgs_py.files.whole_files import new_file, whole_file
@@ -24,7 +30,7 @@ from worm_tracker.polarity import Polarity
 from worm_tracker.sources.cameras.camera_address import shown_address
 
 NOT_WRITTEN = 1
-_LOOKED_FOR = {"polarity", "exit_deg"} | {
+_LOOKED_FOR_ANEW = {"polarity", "exit_deg"} | {
     f"{what}_{chamber}{axis}px"
     for chamber in ("", "b_")
     for what, axis in (("centre", "u_"), ("centre", "v_"), ("radius", ""))
@@ -76,7 +82,7 @@ def calibrate(
         exit_width_mm=exit_width_mm,
         depth_mm=depth_mm,
         passage_mm=passage_mm,
-    ).parameters({k: v for k, v in base.of("tracker").items() if k not in _LOOKED_FOR})
+    ).parameters({k: v for k, v in base.of("tracker").items() if k not in _LOOKED_FOR_ANEW})
     told = polarity or base.of("tracker").get("polarity")
     name, pictures = _pictures(bag, camera, topic)
     try:
@@ -88,7 +94,7 @@ def calibrate(
     text = rig_text(
         Path(name).name if bag else name, found, found_entries(found, see), _others(base, camera)
     )
-    for line in in_words(found):
+    for line in found_in_words(found):
         say(line)
     drawn = as_png(rig_picture(pictures[0], found))
     if not (yes or _agreed(drawn, out, picture_file)):

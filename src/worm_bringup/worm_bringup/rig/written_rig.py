@@ -104,7 +104,7 @@ def _written(entry: Entry) -> str:
     return f"{round(entry.value, digits)}  # ± {entry.sd:.2g}"
 
 
-def in_words(found: PicturesCalibration) -> list[str]:
+def found_in_words(found: PicturesCalibration) -> list[str]:
     """Return lines for people: what was found, how sure it is, how well it fits."""
     contrast = "darker" if found.polarity == "dark" else "brighter"
     lines = [
