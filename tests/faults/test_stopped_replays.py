@@ -7,6 +7,7 @@ import resource
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,8 @@ from stopped_replays import differing, replay, results, trial_of
 
 from worm_bringup.checkpoints import CheckpointFolder
 from worm_bringup.cli import main
+from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.nodes import NODES
 from worm_bringup.trial import Incomplete
 from worm_model.simulator.film import write_film
 from worm_model.simulator.scenes import Take, bumped_camera, coil
@@ -116,6 +119,17 @@ def test_a_salvaged_bag_with_bad_messages_gives_the_same_results(film, tmp_path)
         replay(trial, tmp_path / "out", stop_at=stop, resume=stop > 3)
     replay(trial, tmp_path / "out", resume=True)
     assert differing(results(tmp_path / "out"), whole) == []
+
+
+def test_who_looks_on_may_be_others_the_second_time(film, whole, tmp_path):
+    looked_at = replace(trial_of(film), viewers=(NodeSpec(NODES["overlay"], "overlay"),))
+    for name, first, second in (
+        ("with", trial_of(film), looked_at),
+        ("without", looked_at, trial_of(film)),
+    ):
+        replay(first, tmp_path / name, stop_at=4)
+        replay(second, tmp_path / name, resume=True)
+        assert differing(results(tmp_path / name), whole) == []
 
 
 KILLED = """

@@ -7,10 +7,10 @@ import pytest
 from exact_content import content
 from result_files import TABLES
 from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
 
 from worm_bringup.checkpoints import CheckpointFolder, Checkpoints
 from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.overlay.viewer_messages import TYPES
 from worm_bringup.provenance import bag_hash
 from worm_bringup.trial import Incomplete, Trial, run_trial
 
@@ -59,11 +59,10 @@ def results(out):
 
     The bytes of a message are not its content: where CDR aligns, whatever lay in memory is sent.
     """
-    store = get_typestore(Stores.ROS2_JAZZY)
     found = {name: (out / name).read_bytes() for name in FILES}
     with Reader(out / "bag") as reader:
         for connection, stamp_ns, raw in reader.messages():
-            message = store.deserialize_cdr(raw, connection.msgtype)
+            message = TYPES.deserialize_cdr(raw, connection.msgtype)
             found.setdefault(connection.topic, []).append((stamp_ns, content(message)))
     return found
 

@@ -183,7 +183,7 @@ def _graph(nodes: Sequence[Node]) -> _Graph:
     (recorder,) = [node for node in others if isinstance(node, RecorderNode)]
     if not isinstance(source, SourceNode):
         raise TypeError(f"{source.get_name()} is not a source of pictures")
-    states = [node for node in nodes if isinstance(node, WormNode) and node is not recorder]
+    states = [node for node in nodes if isinstance(node, WormNode) and node.STATE]
     return _Graph(source, recorder, tuple(states))
 
 

@@ -122,7 +122,7 @@ class WatchingNode(WormNode):
         messages = {topic: deserialize_message(parts[topic], TRACKED[topic]) for topic in TRACKED}
         state = convert.body_state_from_msg(messages[topics.WORM_STATE])
         midline = convert.midline_from_msg(messages[topics.WORM_MIDLINE])
-        latest = max(self.geometries, default=0)
+        latest = max(list(self.geometries), default=0)  # callbacks add to it meanwhile
         geometry = self.geometries.get(state.geometry or latest)
         return JoinedFrame(state, midline, geometry), parts
 
