@@ -9,7 +9,14 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = {"worm_analysis", "worm_bringup", "worm_model", "worm_msgs_py", "worm_tracker"}
+PACKAGES = {
+    "worm_analysis",
+    "worm_bringup",
+    "worm_model",
+    "worm_monitor",
+    "worm_msgs_py",
+    "worm_tracker",
+}
 
 
 def colcon(*args, **kwargs):
@@ -43,6 +50,7 @@ def test_colcon_builds_and_installs_nodes_and_launch_files(tmp_path):
         ("worm_tracker", "camera"),
         ("worm_analysis", "analysis"),
         ("worm_model", "model"),
+        ("worm_monitor", "monitor"),
         ("worm_bringup", "recorder"),
     ]:
         assert (tmp_path / "install" / package / "lib" / package / node).exists()

@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Mapping
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +12,15 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.report import write_report
 from worm_bringup.checkpoints import Checkpoints
 from worm_bringup.graph.in_process import Progress, RunResult, run_in_process
+from worm_bringup.graph.monitor_process import Monitor
 from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.graph.ros_environment import free_domain
 from worm_bringup.graph.supervisor import run_in_processes
 from worm_bringup.outputs.results_directory import results_directory
 from worm_bringup.provenance import fingerprint, provenance
 from worm_bringup.trial_picture import keep_picture
 from worm_model.inference.comparison import ModelParameters
-from worm_msgs_py.ros.network import Reach
+from worm_msgs_py.ros.network import Reach, environment
 from worm_msgs_py.ros.running import finish_despite_signals, stop_on_signals
 from worm_msgs_py.ros.watchdog import PATIENCE_S
 from worm_tracker.parameters import TrackerParameters
@@ -121,6 +125,7 @@ def run_graph(
     reach: Reach = Reach.OWN,
     checkpoints: Checkpoints | None = None,
     patience_s: float = PATIENCE_S,
+    monitor: Monitor | None = None,
 ) -> RunResult:
     """Run a trial's graph, recording into the empty directory `out` where there is one.
 
@@ -134,6 +139,8 @@ def run_graph(
         Go on from one, and make them while the graph runs; not with `processes`.
     patience_s : float
         Seconds that a node may take over one message; longer, and it hangs: the run ends.
+    monitor : Monitor, optional
+        The page that shows the trial; a graph that keeps to itself gets a domain of its own.
 
     Raises
     ------
@@ -141,19 +148,19 @@ def run_graph(
         The input cannot be used.
     """
     nodes = trial.nodes(out)
-    if processes:
-        return run_in_processes(
-            trial.source, nodes, progress, namespace=trial.namespace, patience_s=patience_s
+    how: dict[str, Any] = {"namespace": trial.namespace, "patience_s": patience_s}
+    with ExitStack() as stack:
+        if monitor is not None:
+            how["beside"] = partial(monitor.beside, namespace=trial.namespace)
+        if processes:
+            return run_in_processes(trial.source, nodes, progress, **how)
+        if monitor is not None and reach is Reach.OWN:  # it hears the graph from outside
+            domain = stack.enter_context(free_domain())
+            stack.enter_context(environment(ROS_DOMAIN_ID=str(domain)))
+            reach = Reach.MACHINE
+        return run_in_process(
+            trial.source, nodes, progress, reach=reach, checkpoints=checkpoints, **how
         )
-    return run_in_process(
-        trial.source,
-        nodes,
-        progress,
-        reach=reach,
-        namespace=trial.namespace,
-        checkpoints=checkpoints,
-        patience_s=patience_s,
-    )
 
 
 def _with_pictures(trial: Trial, directory: Path) -> Trial:
@@ -170,13 +177,11 @@ def run_trial(
     out: Path,
     progress: Progress | None = None,
     *,
-    processes: bool = False,
-    reach: Reach = Reach.OWN,
     live: bool = False,
     checkpoints: Checkpoints | None = None,
-    patience_s: float = PATIENCE_S,
+    **how: Any,
 ) -> tuple[RunResult, Path]:
-    """Run a trial and write its results, whole or not at all; the rest is as in `run_graph`.
+    """Run a trial and write its results, whole or not at all.
 
     Parameters
     ----------
@@ -184,6 +189,8 @@ def run_trial(
         The results directory to make; an earlier result there is replaced.
     live : bool
         Whether the pictures cannot be had a second time.
+    progress, checkpoints, **how
+        As for `run_graph`.
 
     Returns
     -------
@@ -202,10 +209,8 @@ def run_trial(
             _with_pictures(trial, partial) if live else trial,
             partial,
             progress,
-            processes=processes,
-            reach=reach,
             checkpoints=checkpoints,
-            patience_s=patience_s,
+            **how,
         )
         if not result.complete or result.frames == 0:
             raise Incomplete(result)

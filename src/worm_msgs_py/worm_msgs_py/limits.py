@@ -112,5 +112,6 @@ CONTACT_FACTOR = Limit(0.01, 10.0)
 FRAME_RATE = Limit(1e-4, 1e5, "frames/s")
 """From a picture in three hours to a high-speed camera."""
 JPEG_QUALITY = Limit(1, 100)
+PAGE_PORT = Limit(0, 65535)
 SEED = Limit(0, 2**32 - 1)
 SHARE = Limit(0.0, 1.0)

@@ -8,6 +8,7 @@ import typer
 from worm_bringup.cli import options
 from worm_bringup.cli.camera_options import CameraOptions
 from worm_bringup.cli.grouped import grouped
+from worm_bringup.cli.monitor_options import MonitorOptions
 from worm_bringup.cli.progress import progress_bar, refuse_without_pose, show_result, show_speed
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
@@ -39,6 +40,7 @@ def live(
         ),
     ] = False,
     view: options.ViewOptions,
+    monitor: MonitorOptions,
     graph: options.GraphOptions,
 ) -> None:
     """Track and analyse while the camera films; Ctrl-C ends the trial in good order.
@@ -65,7 +67,8 @@ def live(
         namespace=graph.namespace,
         viewers=view.viewers(told, visible=not private),
     )
-    how: dict[str, Any] = {"reach": reach, "patience_s": graph.watchdog_s}
+    page = monitor.page(told.of("monitor"), replay=False)
+    how: dict[str, Any] = {"reach": reach, "patience_s": graph.watchdog_s, "monitor": page}
     try:
         with progress_bar("live") as progress:
             if out is not None:

@@ -10,6 +10,7 @@ import typer
 from worm_bringup.checkpoints import CheckpointFolder, Checkpoints, progress_of
 from worm_bringup.cli import options
 from worm_bringup.cli.grouped import grouped
+from worm_bringup.cli.monitor_options import MonitorOptions
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar, refuse_without_pose, show_result
 from worm_bringup.graph.node_spec import NodeSpec
@@ -63,7 +64,7 @@ def replay(
         bool,
         typer.Option(
             "--start-paused",
-            help="Wait for the service ~/resume or ~/play_next (with --visible).",
+            help="Wait for the service ~/resume or ~/play_next (with --visible or --monitor).",
             rich_help_panel=_PLAYER,
         ),
     ] = False,
@@ -96,6 +97,7 @@ def replay(
         ),
     ] = False,
     view: options.ViewOptions,
+    monitor: MonitorOptions,
     graph: options.GraphOptions,
     salvage: Annotated[
         bool,
@@ -135,10 +137,11 @@ def replay(
     if resume and (processes or player["loop"]):
         one = "--processes" if processes else "--loop"
         raise BadInput(f"--resume goes with no {one}, which makes no checkpoints: leave one out")
-    if player["start_paused"] and not visible:
+    page = monitor.page(told.of("monitor"), replay=True)
+    if player["start_paused"] and not visible and page is None:
         raise BadInput(
             "--start-paused waits for a service call, which reaches only a visible graph: "
-            "add --visible"
+            "add --visible, or --monitor"
         )
     if processes and visible:
         raise BadInput(
@@ -190,6 +193,7 @@ def replay(
                 reach=reach,
                 checkpoints=checkpoints,
                 patience_s=graph.watchdog_s,
+                monitor=page,
             )
     except Incomplete as error:
         if checkpoints is not None and checkpoints.saved is not None:

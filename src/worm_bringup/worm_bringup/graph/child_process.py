@@ -4,7 +4,7 @@ The two talk in lines of JSON over the child's standard input and output:
 
 from the child
     ``{"ready": {"publishes": {topic: n}, "subscribes": {topic: n}}, "finite": bool,
-    "endless": bool}``,
+    "endless": bool, "address": "where its page is, if it has one"}``,
     ``{"matched": true}``, ``{"progress": [sent, expected]}``, ``{"done": true}``,
     ``{"late": "what is missing"}``, ``{"ended_early": "why"}``, ``{"error": line}``,
     ``{"alive": true}`` (once a second, or it hangs)
@@ -115,7 +115,10 @@ def unmatched(node: Node, peers: dict[str, dict[str, int]]) -> list[str]:
 def _meet(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
     """Wait until every peer is connected, so that not even the first frame is lost."""
     leash.say(
-        ready=endpoints(node), finite=hasattr(node, "done"), endless=getattr(node, "endless", False)
+        ready=endpoints(node),
+        finite=hasattr(node, "done"),
+        endless=getattr(node, "endless", False),
+        address=getattr(node, "address", ""),
     )
     deadline_s = time.monotonic() + MATCH_TIMEOUT_S
     said = False

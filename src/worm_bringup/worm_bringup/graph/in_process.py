@@ -1,9 +1,11 @@
 """The graph in one process: publish a frame, run callbacks until none is ready, and so on."""
 
+import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, field
 
 from rclpy.context import Context
@@ -22,6 +24,17 @@ from worm_tracker.sources.source_node import SourceNode, drain, spin_source, unt
 
 Progress = Callable[[int, int | None], None]
 """Called with the number of frames that were sent, and of those to come in all where known."""
+
+Beside = Callable[[Mapping[str, str], Mapping[str, int]], AbstractContextManager[None]]
+"""Starts what runs beside a graph: called with the environment that leads to it, and how often it
+publishes each topic."""
+
+
+def no_one_beside(
+    environment: Mapping[str, str], publishes: Mapping[str, int]
+) -> AbstractContextManager[None]:
+    """Start nothing."""
+    return nullcontext()
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +88,11 @@ def run_in_process(
     namespace: str = "",
     checkpoints: Checkpoints | None = None,
     patience_s: float = PATIENCE_S,
+    beside: Beside = no_one_beside,
 ) -> RunResult:
     """Run a graph in this process, to the end of its source or to SIGINT or SIGTERM.
 
     A signal ends an endless source in good order (the result is whole), any other run at once.
-
     Not a frame can be lost, whatever the speed of the nodes: the next one is published when there
     is nothing left to do for the one before.
 
@@ -88,16 +101,15 @@ def run_in_process(
     source : NodeSpec
         Its node is a `SourceNode`; it is made first, so that bad input leaves no output.
     nodes : sequence of NodeSpec
-        The others. Those that have an attribute `done` must be done at the end, and may say in an
-        attribute `missing` why they are not.
-    progress : callable, optional
-        Called after every frame.
+        The others; one with an attribute `done` must be done at the end (`missing` says why not).
     reach : Reach
         Who can see the graph (see `ros_environment.own_context`).
     checkpoints : Checkpoints, optional
         Go on from one, and make them while it runs.
     patience_s : float
         Seconds that a node may take over one message; longer, and it hangs (see `watchdog`).
+    progress, beside : callable, optional
+        Called after every frame; starts what runs beside the graph, once its nodes are made.
 
     Raises
     ------
@@ -114,8 +126,14 @@ def run_in_process(
         stop_on_signals() as stop,
     ):
         executor, made = stack.enter_context(_made((source, *nodes), context, reach, namespace))
+        stack.enter_context(beside(os.environ, _published(made)))
         watch = stack.enter_context(watchdog(patience_s))
         return _run_to_end(executor, made, progress, stop, checkpoints, watch)
+
+
+def _published(nodes: Sequence[Node]) -> Mapping[str, int]:
+    """Return how often nodes publish each topic."""
+    return Counter(publisher.topic_name for node in nodes for publisher in node.publishers)
 
 
 @contextmanager

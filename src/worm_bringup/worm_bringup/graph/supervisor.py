@@ -15,7 +15,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 
-from worm_bringup.graph.in_process import Progress, RunResult
+from worm_bringup.graph.in_process import Beside, Progress, RunResult, no_one_beside
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.ros_environment import free_domain
 from worm_msgs_py.errors import BadInput, NodeFailed
@@ -106,16 +106,17 @@ def run_in_processes(
     *,
     namespace: str = "",
     patience_s: float = PATIENCE_S,
+    beside: Beside = no_one_beside,
 ) -> RunResult:
     """Run a graph with a process for each node, to the end of its source or to a signal.
 
     The graph has a ROS domain of its own and does not leave this machine. The first frame goes out
-    when every node has found every other one; from then on the source keeps to its window (see
-    `SourceNode`). The run is complete when every node that has an attribute `done` says so.
+    when each node has found all others; then the source keeps to its window (see `SourceNode`).
+    The run is complete when every node that has an attribute `done` says so.
 
     Parameters
     ----------
-    source, nodes, progress, patience_s
+    source, nodes, progress, patience_s, beside
         As for `graph.run_in_process`.
 
     Raises
@@ -138,6 +139,7 @@ def run_in_processes(
             "ROS_DOMAIN_ID": str(domain),
         }
         stop = stack.enter_context(stop_on_signals())
+        stack.enter_context(beside(environment, {}))
         family = Family(stop, progress, patience_s)
         stack.callback(family.end)
         for spec in (source, *nodes):
@@ -257,30 +259,41 @@ class Family:
                 self._progress(self._sent, self._expected)
 
     def end(self, patience_s: float | None = None) -> None:
-        """End every child: by word, by SIGTERM, by SIGKILL; leave nothing in shared memory."""
+        """End every child (see `end_processes`), once."""
         if self._ending:
             return
         self._ending = True
         if patience_s is None:
             patience_s = _FINISH_S if self._live else _END_S
-        for child in self.children:
-            child.note_shared_memory()
-            child.say(end=True)
-        for measure in (lambda _: None, subprocess.Popen.terminate, subprocess.Popen.kill):
-            alive = [child for child in self.children if child.process.poll() is None]
-            for child in alive:
-                measure(child.process)
-            deadline_s = time.monotonic() + patience_s
-            for child in alive:
-                with suppress(subprocess.TimeoutExpired):
-                    child.process.wait(max(0.0, deadline_s - time.monotonic()))
-            patience_s = _END_S
-        for child in self.children:
-            child.close()
+        end_processes(self.children, patience_s)
         while not self.inbox.empty():
             with suppress(BadInput):
                 self._hear(*self.inbox.get_nowait())
-        _tidy_shared_memory(set().union(*(child.segments for child in self.children)))
+
+
+def end_processes(children: Sequence[NodeProcess], patience_s: float) -> None:
+    """End every child: by word, by SIGTERM, by SIGKILL; leave nothing in shared memory.
+
+    Parameters
+    ----------
+    patience_s : float
+        What they are given to end by themselves.
+    """
+    for child in children:
+        child.note_shared_memory()
+        child.say(end=True)
+    for measure in (lambda _: None, subprocess.Popen.terminate, subprocess.Popen.kill):
+        alive = [child for child in children if child.process.poll() is None]
+        for child in alive:
+            measure(child.process)
+        deadline_s = time.monotonic() + patience_s
+        for child in alive:
+            with suppress(subprocess.TimeoutExpired):
+                child.process.wait(max(0.0, deadline_s - time.monotonic()))
+        patience_s = _END_S
+    for child in children:
+        child.close()
+    _tidy_shared_memory(set().union(*(child.segments for child in children)))
 
 
 def _tidy_shared_memory(segments: set[str]) -> None:

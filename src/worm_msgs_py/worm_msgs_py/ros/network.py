@@ -4,10 +4,12 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
+from ipaddress import ip_address
 from pathlib import Path
 
 from worm_msgs_py.errors import BadInput
 
+LOOPBACK = "127.0.0.1"
 _PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _LOCALHOST_ONLY = "ROS_LOCALHOST_ONLY"
@@ -101,3 +103,17 @@ def _refuse_contradiction() -> None:
     for name, value in forbids.items():
         if value.upper() in ("OFF", "LOCALHOST", "1"):
             raise BadInput(f"--network: {name}={value} forbids it; unset that, or leave it out")
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether an address is reached from this machine alone."""
+    return is_ip_address(host) and ip_address(host).is_loopback
+
+
+def is_ip_address(host: str) -> bool:
+    """Tell whether this is an address by number, not by name."""
+    try:
+        ip_address(host)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,71 @@
+"""Options of `worm live` and `worm replay` about the page that shows the trial."""
+
+import sys
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Annotated, Any
+
+import typer
+
+from worm_bringup.cli.numbers import number
+from worm_bringup.cli.usage import refuse_without
+from worm_bringup.graph.monitor_process import Monitor, new_token
+from worm_msgs_py.limits import PAGE_PORT
+from worm_msgs_py.ros.network import LOOPBACK, is_loopback
+
+_MONITOR = "The page that shows the trial"
+
+
+@dataclass(frozen=True)
+class MonitorOptions:
+    """Whether a page shows the trial, and who can look at it."""
+
+    monitor: Annotated[
+        bool,
+        typer.Option(
+            "--monitor",
+            help="Show picture, plots and numbers on a page, whose address is printed.",
+            rich_help_panel=_MONITOR,
+        ),
+    ] = False
+    monitor_port: Annotated[
+        int | None,
+        number(
+            PAGE_PORT,
+            help="Its port; 8642, or a free one where that is taken.",
+            rich_help_panel=_MONITOR,
+        ),
+    ] = None
+    monitor_host: Annotated[
+        str,
+        typer.Option(
+            help="Address to serve it on, such as 0.0.0.0 for other machines, which then need the "
+            "token that is printed with the address; otherwise this machine alone can look.",
+            rich_help_panel=_MONITOR,
+        ),
+    ] = ""
+
+    def page(self, rig: Mapping[str, Any], *, replay: bool) -> Monitor | None:
+        """Return the page that is asked for, if one is.
+
+        Raises
+        ------
+        BadInput
+            Options without the page that they are about.
+        """
+        for option in ("monitor_port", "monitor_host"):
+            refuse_without(asdict(self), option, "monitor", "is the page's")
+        if not self.monitor:
+            return None
+        parameters = {**rig, "replay": replay}
+        if self.monitor_port is not None:
+            parameters["port"] = self.monitor_port
+        if self.monitor_host:
+            parameters["host"] = self.monitor_host
+        if not is_loopback(parameters.get("host", LOOPBACK)) and not parameters.get("token"):
+            parameters["token"] = new_token()
+        return Monitor(parameters, _say_at_once)
+
+
+def _say_at_once(line: str) -> None:
+    print(f"worm: {line}", file=sys.stderr, flush=True)
