@@ -80,7 +80,9 @@ def _open(
 ) -> BagPictures:
     return BagPictures(
         bag,
-        source.get("topic") or None,
+        (source.get("topic") or None)
+        if source.get("bag")
+        else None,  # a live one's is its driver's
         start_offset_s=start_s,
         playback_duration_s=duration_s,
         salvage=bool(source.get("salvage", False)),
