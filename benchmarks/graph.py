@@ -1,7 +1,8 @@
 """What the graph costs: frames/s of the whole graph beside a bare loop over the same bag.
 
 The bare loop reads, decodes, tracks and analyses with the cores alone: no ROS, no files written.
-Both ways of running the graph follow in the same run, with the seconds spent in each node.
+The ways of running the graph follow in the same run, with the seconds spent in each node; one is
+with the parameter services that a graph has which others can see.
 """
 
 import tempfile
@@ -10,6 +11,8 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from statistics import median
+from typing import Any
+from unittest.mock import patch
 
 from rich.console import Console
 from rich.table import Table
@@ -80,11 +83,23 @@ def timed_graph(*, processes: bool) -> tuple[float, dict[str, float]]:
     return result.frames / result.elapsed_s, spent
 
 
+def timed_served_graph() -> tuple[float, dict[str, float]]:
+    """As `timed_graph` in one process, its nodes with parameter services."""
+    make = NodeSpec.make
+
+    def with_services(spec: NodeSpec, **how: Any) -> Any:
+        return make(spec, **(how | {"served": True}))
+
+    with patch.object(NodeSpec, "make", with_services):
+        return timed_graph(processes=False)
+
+
 def main() -> None:
     """Run each way in turn, several rounds, and print the medians."""
     ways: dict[str, Callable[[], tuple[float, dict[str, float]]]] = {
         "bare loop": timed_bare_loop,
         "graph, one process": partial(timed_graph, processes=False),
+        "graph, parameter services": timed_served_graph,
         "graph, a process a node": partial(timed_graph, processes=True),
     }
     rounds = [{name: way() for name, way in ways.items()} for _ in range(ROUNDS)]

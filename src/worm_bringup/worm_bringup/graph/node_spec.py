@@ -44,8 +44,8 @@ class NodeSpec:
         Parameters
         ----------
         served : bool
-            Whether a node of ours has parameter services. Where nobody can call them they cost
-            time: the executor looks at all of them in every wait.
+            Whether a node of ours has parameter services; where nobody can call them there are
+            none for the executor to look at in every wait (`benchmarks/graph.py`).
 
         Raises
         ------
