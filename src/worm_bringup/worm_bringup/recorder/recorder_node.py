@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt64
 
@@ -129,7 +130,7 @@ class RecorderNode(WormNode):
         self._progress = self.create_publisher(UInt64, topics.FLOW_RECORDED, FLOW)
         self._readers = self._make_readers()
 
-    def why_no_change(self) -> str:
+    def why_no_change(self, parameter: Parameter) -> str:
         """Return why what is noted of the trial cannot be changed now; empty where it can."""
         if self._end.done:
             return "the trial has ended"

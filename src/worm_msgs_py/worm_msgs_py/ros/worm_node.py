@@ -122,10 +122,10 @@ class WormNode(Node):
                 "" if known else unknown_parameter(self.get_name(), parameter.name, self._declared)
             )
         wrong = declared.refusal(parameter.value) or ("" if declared.changes else FIXED)
-        return f"{parameter.name} {wrong}" if wrong else self.why_no_change()
+        return f"{parameter.name} {wrong}" if wrong else self.why_no_change(parameter)
 
-    def why_no_change(self) -> str:
-        """Return why no parameter may be changed at this time; empty where it may."""
+    def why_no_change(self, parameter: Parameter) -> str:
+        """Return why a parameter may not be so changed at this time; empty where it may."""
         return ""
 
     def take_change(self, name: str, before: Any, value: Any) -> None:

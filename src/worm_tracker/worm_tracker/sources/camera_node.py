@@ -9,6 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 
@@ -168,10 +169,29 @@ class CameraNode(SourceNode):
 
     def begin(self) -> None:
         """Begin to film: all other nodes are ready."""
-        for why in self._camera.not_accepted:
-            self.get_logger().warning(f"{self._camera.shown_address}: {why}")
-            self._tell(SourceEvent(SourceEventKind.NOT_ACCEPTED, 0, time.time_ns(), why))
+        self._tell_not_accepted(time.time_ns())
         self._camera.begin()
+
+    def _tell_not_accepted(self, stamp_ns: int) -> None:
+        """Tell once what the camera was asked for and did not take."""
+        while self._camera.not_accepted:
+            why = self._camera.not_accepted.pop(0)
+            self.get_logger().warning(f"{self._camera.shown_address}: {why}")
+            self._tell(SourceEvent(SourceEventKind.NOT_ACCEPTED, self.sent, stamp_ns, why))
+
+    def why_no_change(self, parameter: Parameter) -> str:
+        """Return why the exposure cannot be changed; empty where it can."""
+        if self._camera.kind is not Kind.DEVICE:
+            return f"the exposure of a {self._camera.kind.value} cannot be set from here"
+        if not parameter.value:
+            return "exposure_ms is 0: give a time: by itself a camera exposes from its start alone"
+        return super().why_no_change(parameter)
+
+    def take_change(self, name: str, before: Any, value: Any) -> None:
+        """Ask for another exposure, which frames have within a few of this one."""
+        super().take_change(name, before, value)
+        if isinstance(self._camera, Camera):
+            self._camera.expose(value)
 
     def wait_s(self) -> float:
         """Return 0 where there is a picture, or the end, to send; infinity otherwise."""
@@ -189,6 +209,7 @@ class CameraNode(SourceNode):
             if ended:
                 self._end()
             return not ended
+        self._tell_not_accepted(frame.stamp_ns)
         raw = self._message(frame)
         if self._record is not None:
             self._record.write(frame, raw)

@@ -87,6 +87,7 @@ CAMERA_PARAMETERS: tuple[Declaration, ...] = (
         0.0,
         "Exposure that it is asked for; 0: by itself. What a camera does not take is told.",
         EXPOSURE_MS,
+        changes=True,
     ),
     Declaration("region_u_px", 0, "Left edge of the part that is used.", PLACE_IN_PICTURE_PX),
     Declaration("region_v_px", 0, "Upper edge of it.", PLACE_IN_PICTURE_PX),

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.executors import Executor, SingleThreadedExecutor, TimeoutException
+from rclpy.parameter import Parameter
 from std_msgs.msg import UInt64, UInt64MultiArray
 
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
@@ -173,7 +174,7 @@ class SourceNode(WormNode):
             self.ended_early = event.why
         self._events.publish(convert.source_events_to_msg([event], event.stamp_ns))
 
-    def why_no_change(self) -> str:
+    def why_no_change(self, parameter: Parameter) -> str:
         """Return that the trial has ended, where it has: its results are told already."""
         return "the trial has ended" if self._ended else ""
 

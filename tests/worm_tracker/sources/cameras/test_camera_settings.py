@@ -1,5 +1,7 @@
 """What a camera does not take is told; the region is cut out of whatever it sends."""
 
+import time
+
 import cv2
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from worm_msgs_py import SourceEventKind
 from worm_msgs_py.errors import BadInput
 from worm_tracker.sources.bags.pictures import pictures_of_bag
 from worm_tracker.sources.camera_node import CameraNode
+from worm_tracker.sources.cameras import camera
 from worm_tracker.sources.cameras.camera_address import Kind
 from worm_tracker.sources.cameras.camera_settings import CameraSettings, Region
 from worm_tracker.sources.cameras.waiting_frames import CapturedFrame
@@ -123,3 +126,85 @@ def test_the_region_is_what_is_sent_and_recorded_and_the_rest_is_told(ros_contex
 def test_a_region_outside_the_pictures_is_refused_at_the_first(ros_context):
     with mjpeg_server(5) as address, pytest.raises(BadInput, match=r"--region-px"):
         watched(ros_context, address, region_width_px=640, region_height_px=480)
+
+
+class FilmingDevice(Device):
+    """A device that films: each picture is as bright as its exposure is long, 100 µs a grey."""
+
+    def __init__(self, **fixed):
+        super().__init__(CAP_PROP_FPS=200.0, **fixed)
+        self.values.setdefault(cv2.CAP_PROP_EXPOSURE, 50.0)
+
+    def grab(self):
+        time.sleep(0.005)  # the pace of this camera
+        return True
+
+    def retrieve(self):
+        return True, np.full((48, 64), self.values[cv2.CAP_PROP_EXPOSURE], np.uint8)
+
+    def release(self):
+        pass
+
+
+@pytest.fixture
+def filming(ros_context, monkeypatch):
+    """Give a function that makes a camera node of a device, and what it told."""
+    nodes = []
+
+    def make(device):
+        monkeypatch.setattr(camera, "open_capture", lambda *_: device)
+        given = [Parameter("camera", value="/dev/video0")]
+        node = CameraNode(context=ros_context, parameter_overrides=given)
+        nodes.append(node)
+        events = []
+        node._tell = events.append
+        node.begin()
+        return node, events
+
+    yield make
+    for node in nodes:
+        node.destroy_node()
+
+
+def sent(node, until):
+    """Publish frames until one is such; return its level and number."""
+    levels = []
+    node._publisher.publish = lambda raw: levels.append(raw[-1])
+    while not (levels and until(levels[-1])):
+        node.publish_next()
+    return levels[-1]
+
+
+def test_an_exposure_that_is_set_while_it_films_holds_for_frames_after_it_and_is_told(filming):
+    device = FilmingDevice()
+    node, events = filming(device)
+    sent(node, lambda level: level == 50)
+    (result,) = node.set_parameters([Parameter("exposure_ms", value=8)])
+    assert result.successful, result.reason
+    frame = node.sent
+    assert sent(node, lambda level: level != 50) == 80
+    (event,) = events
+    assert (event.kind, event.frame) == (SourceEventKind.PARAMETER_CHANGED, frame)
+    assert event.why == "image_source: exposure_ms changed from 0.0 to 8.0"
+    assert set(device.asked) == {cv2.CAP_PROP_AUTO_EXPOSURE, cv2.CAP_PROP_EXPOSURE}
+
+
+def test_an_exposure_that_a_device_does_not_take_is_told(filming):
+    node, events = filming(FilmingDevice(CAP_PROP_EXPOSURE=50.0))
+    assert node.set_parameters([Parameter("exposure_ms", value=8.0)])[0].successful
+    while len(events) < 2:
+        node.publish_next()
+    assert events[1].kind is SourceEventKind.NOT_ACCEPTED
+    assert events[1].why == "8 ms of exposure were asked for, 5 are given"
+
+
+def test_an_exposure_that_cannot_be_set_is_refused(filming, ros_context):
+    node, _ = filming(FilmingDevice())
+    assert "by itself" in node.set_parameters([Parameter("exposure_ms", value=0.0)])[0].reason
+    assert node.set_parameters([Parameter("width_px", value=640)])[0].reason.startswith("width_px")
+    with mjpeg_server(5) as address:
+        given = [Parameter("camera", value=address)]
+        stream = CameraNode(context=ros_context, parameter_overrides=given)
+        (result,) = stream.set_parameters([Parameter("exposure_ms", value=8.0)])
+        assert result.reason == "the exposure of a stream cannot be set from here"
+        stream.destroy_node()

@@ -4,7 +4,7 @@ import atexit
 import math
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -101,6 +101,7 @@ class Camera:
         self.why_lost = ""
         self._address = address
         self._settings = settings or CameraSettings()
+        self._asked: float | None = None
         self.not_accepted: list[str] = []
         self.reconnect_s, self._stall_s = reconnect_s, stall_s
         self._on_change = on_change or (lambda: None)
@@ -163,6 +164,10 @@ class Camera:
             raise self._failure
         return frame
 
+    def expose(self, exposure_ms: float) -> None:
+        """Ask for another exposure; the capturing thread does before its next frame."""
+        self._asked = exposure_ms
+
     def take_outages(self) -> list[Outage]:
         """Return the outages that have ended since the last time."""
         return self._watch.take_over()
@@ -218,8 +223,16 @@ class Camera:
             self._ended = True
             self._on_change()
 
+    def _ask_anew(self) -> None:
+        """Ask the device for what was asked meanwhile; all other wishes it has heard."""
+        asked, self._asked = self._asked, None
+        if asked is not None and self._capture is not None:
+            self._settings = replace(self._settings, exposure_ms=asked)
+            self.not_accepted = CameraSettings(exposure_ms=asked).apply(self._capture, self.kind)
+
     def _capture_all(self) -> None:
         while not self._stop.is_set():
+            self._ask_anew()
             if self._capture is not None and self._capture.grab():
                 stamp_ns = max(self._due_ns(), self._watch.last_ns + 1)
                 done, picture = self._capture.retrieve()
