@@ -182,7 +182,7 @@ def _write(film: Path, fps: float, frames: Iterator[Picture], expected: int, tol
     count = 0
     with ExitStack() as stack:
         writer: Any = None
-        for frame in frames:
+        for frame in map(_even, frames):
             if writer is None:
                 height, width = frame.shape[:2]
                 code = cv2.VideoWriter.fourcc(*_CODEC)
@@ -197,6 +197,16 @@ def _write(film: Path, fps: float, frames: Iterator[Picture], expected: int, tol
             "room on the disk, or name another --out"
         )
     return count
+
+
+def _even(frame: Picture) -> Picture:
+    """Return a frame with an even number of rows and columns, as the codec wants, black ones added.
+
+    OpenCV would leave the last ones out.
+    """
+    height, width = frame.shape[:2]
+    edges = (0, height % 2, 0, width % 2)
+    return np.asarray(cv2.copyMakeBorder(frame, *edges, cv2.BORDER_CONSTANT), np.uint8)
 
 
 def _frames_in(film: Path) -> int:
