@@ -13,6 +13,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image, JointState, PointCloud2
 from std_msgs.msg import UInt64MultiArray
 
+from worm_monitor.json_numbers import rounded
 from worm_monitor.operator_commands import OperatorCommands
 from worm_monitor.page_server import PageServer
 from worm_monitor.pictures import NextPicture, Waiting, as_jpeg
@@ -83,7 +84,7 @@ class MonitorNode(WormNode):
         except BaseException:
             self.destroy_node()
             raise
-        self._commands = OperatorCommands(self, self._shown.take_remark)
+        self._commands = OperatorCommands(self, self._shown.take_remark, replay=self._replay)
         self._subscribe()
         self.create_timer(NEWS_EVERY_S, self._tell)
 
@@ -180,7 +181,8 @@ class MonitorNode(WormNode):
             return
         jpeg, scale = as_jpeg(waiting.message)
         pose = self._shown.pose(waiting.stamp_ns)
-        told = {"t": self._shown.time_s(waiting.stamp_ns), "scale": scale, "pose": pose}
+        time_s = rounded(self._shown.time_s(waiting.stamp_ns), 8)
+        told = {"t": time_s, "scale": scale, "pose": pose}
         head = json.dumps(told, allow_nan=False).encode()
         self._page.show(len(head).to_bytes(4, "little") + head + jpeg)
 

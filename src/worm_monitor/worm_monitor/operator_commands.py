@@ -28,10 +28,13 @@ class OperatorCommands:
         Calls the services.
     remark : callable
         Takes a line for people.
+    replay : bool
+        Whether a recording is shown; its notes are fixed, so that it can be stopped and go on.
     """
 
-    def __init__(self, node: Node, remark: Callable[[str], None]) -> None:
+    def __init__(self, node: Node, remark: Callable[[str], None], *, replay: bool) -> None:
         self._remark = remark
+        self._replay = replay
         self._paused: bool | None = None
         self._asked = False
         self._triggers = {
@@ -56,7 +59,7 @@ class OperatorCommands:
         return {
             "can_swap": bool(self._triggers["swap_head"].service_is_ready()),
             "can_pause": plays,
-            "can_note": bool(self._set_notes.service_is_ready()),
+            "can_note": not self._replay and bool(self._set_notes.service_is_ready()),
             "paused": self._paused,
             "rate": self._rate,
         }
@@ -64,7 +67,7 @@ class OperatorCommands:
     def obey(self, asked: dict[str, Any]) -> None:
         """Do what a browser asks for; what is none of these is passed over."""
         what, value = asked.get("do"), asked.get("value")
-        if what in _TRIGGERS:
+        if isinstance(what, str) and what in _TRIGGERS:
             self._call(what)
         elif what == "rate" and isinstance(value, int | float) and 0.0 <= value <= 100.0:
             self._set(self._set_rate, "rate", float(value), f"rate {value:g}")
@@ -110,7 +113,7 @@ class OperatorCommands:
 
     def _set(self, client: Any, name: str, value: float | str, said: str) -> None:
         if not client.service_is_ready():
-            self._remark(f"{said}: nobody answers")
+            self._remark(f"no change of {name}: nobody answers")
             return
         if isinstance(value, str):
             kept = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=value)
@@ -122,6 +125,6 @@ class OperatorCommands:
             result = future.result().results[0]
             if result.successful and isinstance(value, float):
                 self._rate = value
-            self._remark(said if result.successful else f"{said}: {result.reason}")
+            self._remark(said if result.successful else f"refused: {result.reason}")
 
         client.call_async(request).add_done_callback(done)

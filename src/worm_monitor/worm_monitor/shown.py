@@ -2,7 +2,7 @@
 
 from collections import OrderedDict, deque
 from collections.abc import Iterable, Mapping
-from math import degrees, isfinite, pi, remainder
+from math import degrees, isfinite, nan, pi, remainder
 from typing import Any
 
 from worm_monitor.json_numbers import JsonRow, rounded, rounded_all
@@ -111,8 +111,8 @@ class Shown:
         return None if pose is None or "midline" not in pose else pose
 
     def time_s(self, stamp_ns: int) -> float:
-        """Return the seconds since the first frame."""
-        return (stamp_ns - (self._first_ns or 0)) / NS_PER_S
+        """Return the seconds since the first frame; NaN before its state has come."""
+        return nan if self._first_ns is None else (stamp_ns - self._first_ns) / NS_PER_S
 
     def take_observables(self, seen: Observables) -> None:
         """Take the symbols of a frame."""
@@ -142,10 +142,9 @@ class Shown:
         self._log(stamp_ns, stamp_ns, "remark", text)
 
     def _log(self, start_ns: int, end_ns: int, kind: str, text: str) -> None:
-        began = self._first_ns is not None  # what comes before the first frame has no time yet
         entry = {
-            "t": rounded(self.time_s(start_ns), 7) if began else None,
-            "end": rounded(self.time_s(end_ns), 7) if began else None,
+            "t": rounded(self.time_s(start_ns), 7),
+            "end": rounded(self.time_s(end_ns), 7),
             "kind": kind,
             "text": text,
         }

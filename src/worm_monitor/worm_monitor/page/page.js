@@ -54,7 +54,7 @@ async function showPicture(data) {
   try {
     const head = await picture.show(data);
     const { pose } = head;
-    id("stamp").textContent = `${head.t.toFixed(2)} s${pose ? `, frame ${pose.frame}` : ", pose not given yet"}`;
+    id("stamp").textContent = pose ? `${head.t.toFixed(2)} s, frame ${pose.frame}` : "its pose is not given yet";
     mark("picture");
   } finally {
     requestAnimationFrame(() => {
@@ -116,6 +116,8 @@ const clock = (seconds) => {
 };
 const plain = (value, unit = "") => (value === null || value === undefined ? "–" : `${String(value).replace("-", "−")}${unit && ` ${unit}`}`);
 
+const milliseconds = (seconds) => (seconds === undefined ? "–" : seconds < 1 ? `${Math.round(1000 * seconds)} ms` : `${seconds.toFixed(1)} s`);
+
 function drops() {
   const values = told.health?.image_source?.values ?? {};
   return ["frames skipped", "frames lost"].reduce((sum, key) => sum + Number(values[key] ?? 0), 0);
@@ -134,22 +136,23 @@ function drawHead() {
     outcome.textContent = now.status === "tracked" ? "tracked" : `${now.has_pose ? "" : "LOST: "}${now.status.replaceAll("_", " ")}. ${now.reason}`;
     outcome.classList.toggle("lost", !now.has_pose);
   }
+  if (now.status === undefined && now.taken) outcome.textContent = `${now.taken} frames in: told once it is clear which end is the head`;
   const lost = drops(), speed = now.v_b;
   const turns = speed === null || speed === undefined ? "–" : Math.abs(speed) < 0.02 ? "still" : `${speed > 0 ? "CCW" : "CW"} ${Math.abs(speed).toFixed(2)} mm/s`;
   const contact = now.contact === true ? "yes" : now.contact === false ? "no" : "–";
   const certain = now.has_pose ? now.certainty?.toFixed(2) ?? "–" : "LOST";
   tiles([
     ["contact", contact, now.contact ? "on" : ""],
-    ["direction", turns],
+    ["direction", turns, "wide"],
     ["where", plain(now.where?.replace("_", " "))],
     ["head certainty", certain, now.has_pose === false || now.certainty < 0.9 ? "wrong" : ""],
     ["R", plain(here.R_mm, "mm")],
     ["W", plain(here.W_mm, "mm")],
     ["scale", plain(here.px_per_mm, "px/mm")],
     ["frames", plain(now.taken)],
-    ["in / done", `${plain(now.fps_in)} / ${plain(now.fps_done)} /s`],
+    ["in / done", `${plain(now.fps_in)} / ${plain(now.fps_done)} /s`, "wide"],
     ["dropped", String(lost), lost ? "wrong" : ""],
-    ["latency", now.replay ? "–" : plain(now.latency_s, "s"), now.latency_s > 1 ? "wrong" : ""],
+    ["latency", now.replay || now.latency_s === null ? "–" : milliseconds(now.latency_s), now.latency_s > 1 ? "wrong" : ""],
     ["last frame", now.age_s === null || now.age_s === undefined ? "–" : `${now.age_s.toFixed(1)} s ago`, !now.replay && now.age_s > 1 ? "wrong" : ""],
   ]);
   id("swap").disabled = !now.can_swap;
@@ -231,7 +234,7 @@ function drawEvents() {
   const list = id("events");
   const atEnd = list.scrollTop < 8;
   id("count").textContent = told.events.length === MOST_EVENTS ? `the last ${MOST_EVENTS}` : told.events.length || "";
-  list.replaceChildren(...told.events.toReversed().map((event) => {
+  list.replaceChildren(...told.events.toSorted((a, b) => (b.t ?? -1) - (a.t ?? -1)).map((event) => {
     const item = document.createElement("li");
     item.tabIndex = 0;
     const time = document.createElement("time"), kind = document.createElement("span"), text = document.createElement("span");

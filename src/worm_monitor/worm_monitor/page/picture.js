@@ -9,6 +9,7 @@ export class Picture {
     this.canvas = canvas;
     this.closeup = closeup;
     this.shown = null;
+    this.isNearEnough = false;
   }
 
   // Decode a message: four bytes with the length of a head in JSON, the head, a JPEG.
@@ -52,6 +53,8 @@ export class Picture {
       this.canvas.style.height = `${high}px`;
     }
     const beside = room - wide >= 156;
+    // On a phone the picture of one chamber is as large as a close-up would be.
+    this.isNearEnough = !beside && image.width < 1.6 * image.height;
     this.closeup.style.height = beside ? `${high}px` : `${tallest - 184}px`;
   }
 
@@ -59,8 +62,8 @@ export class Picture {
   near(image, scale, pose, geometry) {
     const canvas = this.closeup;
     const place = pose && pose.centroid[0] !== null ? pose.centroid : null;
-    canvas.hidden = !place;
-    if (!place) return;
+    canvas.hidden = !place || this.isNearEnough;
+    if (canvas.hidden) return;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     const [wide, high] = [canvas.clientWidth, canvas.clientHeight].map((size) => Math.round(size * ratio));
     if (canvas.width !== wide || canvas.height !== high) [canvas.width, canvas.height] = [wide, high];

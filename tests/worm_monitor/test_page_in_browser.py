@@ -1,0 +1,254 @@
+"""The page as people see it, in a real Chromium, while `worm replay --monitor` runs."""
+
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+playwright = pytest.importorskip("playwright.sync_api", reason="`make setup` installs it")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+pytestmark = [
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: apt-get install chromium"),
+    pytest.mark.xdist_group("browser"),
+]
+BAG = Path(__file__).parents[2] / "bags" / "trial"
+WORM = [sys.executable, "-c", "from worm_bringup.cli.app import main; main()"]
+PLAYED_S = 30
+FRAMES = 300
+WAIT_MS = 60_000
+WINDOWS = [(1280, 800), (390, 844)]
+
+
+def replay(out, *more):
+    """Start the replay of the first seconds of a trial."""
+    command = [*WORM, "replay", str(BAG), "--out", str(out), "--playback-duration", str(PLAYED_S)]
+    return subprocess.Popen(
+        [*command, *more], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    )
+
+
+@contextmanager
+def monitored(out, *more):
+    """Give the address of a replay's page, and see the replay to its end."""
+    process = replay(out, "--monitor", "--monitor-port", "0", *more)
+    try:
+        address = re.search(r"http://127\.0\.0\.1:\d+/", process.stderr.readline()).group()
+        yield address
+        said = process.communicate(timeout=120)[1]
+        assert process.returncode == 0, said
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture(scope="module")
+def chromium():
+    with playwright.sync_playwright() as driver:
+        sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=sandbox)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def unwatched(tmp_path_factory):
+    """The results of the same replay that nobody watched."""
+    out = tmp_path_factory.mktemp("unwatched") / "out"
+    process = replay(out)
+    said = process.communicate(timeout=120)[1]
+    assert process.returncode == 0, said
+    return out
+
+
+class Tab:
+    """A page that notes what it asks for and what goes wrong in it."""
+
+    def __init__(self, browser, address, size=WINDOWS[0], scheme="light"):
+        width, height = size
+        self.page = browser.new_page(
+            viewport={"width": width, "height": height}, color_scheme=scheme
+        )
+        self.page.set_default_timeout(WAIT_MS)
+        self.wrong, self.asked = [], []
+        self.page.on("console", lambda said: self.wrong.append(said.text))
+        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+        self.page.on("websocket", lambda socket: self.asked.append(socket.url))
+        self.page.goto(address)
+
+    def text(self, name):
+        return self.page.locator(f"#{name}").inner_text()
+
+    def until(self, script, *argument):
+        self.page.wait_for_function(script, arg=argument[0] if argument else None)
+
+    def until_log_has(self, words):
+        self.until("words => document.getElementById('events').innerText.includes(words)", words)
+
+    def until_frame_is_after(self, frame):
+        self.until(
+            "frame => Number(document.getElementById('stamp').innerText.split('frame')[1]) > frame",
+            frame,
+        )
+
+    @property
+    def frame(self):
+        """The frame whose picture is shown."""
+        return int(self.text("stamp").partition("frame")[2])
+
+    def drawn(self, name):
+        """What a canvas shows."""
+        return self.page.evaluate("name => document.getElementById(name).toDataURL()", name)
+
+
+def test_a_trial_is_watched_and_led_from_the_page(chromium, unwatched, tmp_path):
+    with monitored(tmp_path / "out", "--start-paused") as address:
+        tab = Tab(chromium, address)
+        tab.until("() => document.getElementById('kind').innerText === 'REPLAY'")
+        tab.page.select_option("#rate", "2")
+        tab.until_log_has("rate 2")
+        assert tab.text("pause") == "Play"
+        tab.page.click("#pause")
+
+        tab.until_frame_is_after(10)  # the picture moves, and the plots grow
+        first, plot, picture = tab.frame, tab.drawn("radii"), tab.drawn("picture")
+        tab.until_frame_is_after(first + 10)
+        tab.until("before => document.getElementById('radii').toDataURL() !== before", plot)
+        assert tab.drawn("picture") != picture
+
+        tab.page.click("#pause")
+        tab.until("() => document.getElementById('pause').innerText === 'Play'")
+        assert not tab.page.is_visible("#note")  # what a recording is called is not for the page
+        tab.page.click("#swap")
+        tab.until_log_has("exchanged by an operator from frame")
+        before = tab.frame
+        tab.page.click("#step")
+        tab.until_frame_is_after(before)
+        tab.page.click("#events li")
+        tab.until("() => document.getElementById('cursor').innerText.includes('mm')")
+
+        not_the_page_is_refused(chromium, address)
+        for size in WINDOWS:
+            for scheme in ("light", "dark"):
+                fits(Tab(chromium, address, size, scheme))
+
+        assert tab.wrong == []
+        assert all(url.startswith((address, address.replace("http", "ws"))) for url in tab.asked)
+        tab.page.select_option("#rate", "0")
+        tab.page.click("#pause")
+        tab.until("() => document.getElementById('kind').innerText === 'ENDED'")
+        exchanged = int(
+            re.search(r"exchanged by an operator from frame (\d+)", tab.text("events")).group(1)
+        )
+        tab.page.close()
+    head_and_tail_are_exchanged(tmp_path / "out", unwatched, exchanged)
+
+
+def not_the_page_is_refused(chromium, address):
+    """A page elsewhere that is open in the same browser gets neither the page nor its socket."""
+    with somebody_elses_page() as elsewhere:
+        page = chromium.new_page()
+        page.goto(elsewhere)
+        opens = """address => new Promise((tell) => {
+            const socket = new WebSocket(address.replace("http", "ws") + "socket");
+            socket.onopen = () => tell("open");
+            socket.onerror = () => tell("refused");
+        })"""
+        reads = "address => fetch(address).then(() => 'read', () => 'refused')"
+        assert page.evaluate(opens, address) == "refused"
+        assert page.evaluate(reads, address) == "refused"
+        page.close()
+    port = int(address.rstrip("/").rpartition(":")[2])
+    for header in ("Host: evil.example", f"Host: 127.0.0.1:{port}\r\nOrigin: http://evil.example"):
+        with socket.create_connection(("127.0.0.1", port)) as plain:
+            plain.sendall(f"GET / HTTP/1.1\r\n{header}\r\n\r\n".encode())
+            assert plain.recv(1000).split()[1] == b"403"
+
+
+@contextmanager
+def somebody_elses_page():
+    class Elsewhere(BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.end_headers()
+            self.wfile.write(b"<!doctype html><title>elsewhere</title>")
+
+        def log_message(self, *_):
+            pass
+
+    with HTTPServer(("127.0.0.1", 0), Elsewhere) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            yield f"http://localhost:{server.server_port}/"
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def fits(tab):
+    """Nothing of the page lies beyond the window's sides, and none of its words over others."""
+    tab.until("() => document.getElementById('stamp').innerText.includes('frame')")
+    wide = tab.page.evaluate("() => document.scrollingElement.scrollWidth")
+    assert wide <= tab.page.viewport_size["width"]
+    boxes = [box.bounding_box() for box in tab.page.locator("#tiles div").all()]
+    for one, other in pairwise(boxes):
+        same_line = abs(one["y"] - other["y"]) < 1
+        assert not same_line or one["x"] + one["width"] <= other["x"] + 1
+    assert tab.wrong == []
+    tab.page.close()
+
+
+def points(out, name):
+    table = pq.read_table(out / "tracks.parquet")
+    return np.stack([table[f"{name}_{axis}_px"].to_numpy() for axis in "uv"], axis=1)
+
+
+def head_and_tail_are_exchanged(out, unwatched, frame):
+    head, tail = points(unwatched, "head"), points(unwatched, "tail")
+    assert len(points(out, "head")) == len(head) == FRAMES
+    assert np.allclose(points(out, "head")[:frame], head[:frame])
+    assert np.allclose(points(out, "head")[frame : frame + 5], tail[frame : frame + 5], atol=2.0)
+
+
+def test_browsers_that_look_stall_or_die_change_no_byte(chromium, unwatched, tmp_path):
+    with monitored(tmp_path / "out", "--start-paused") as address:
+        tabs = [Tab(chromium, address) for _ in range(3)]
+        for tab in tabs:
+            tab.until("() => !document.getElementById('player').hidden")
+        with stalled_socket(address):
+            tabs[0].page.click("#pause")
+            tabs[1].until_frame_is_after(20)
+            tabs[2].page.close()
+            tabs[0].until("() => document.getElementById('kind').innerText === 'ENDED'")
+        for tab in tabs[:2]:
+            assert tab.wrong == []
+            tab.page.close()
+    for name in ("tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json"):
+        assert (tmp_path / "out" / name).read_bytes() == (unwatched / name).read_bytes(), name
+
+
+@contextmanager
+def stalled_socket(address):
+    """Open the page's socket, and never read from it."""
+    host = address.removeprefix("http://").rstrip("/")
+    name, port = host.split(":")
+    with socket.create_connection((name, int(port))) as stalled:
+        stalled.sendall(
+            f"GET /socket HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\n"
+            "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+            "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n".encode()
+        )
+        assert stalled.recv(12).endswith(b"101")
+        yield
