@@ -77,7 +77,7 @@ def write(record, numbers):
     """Write numbered pictures until the record stops; return why, and the warnings."""
     said = []
     for number in numbers:
-        frame = CapturedFrame(numbered_picture(number, (300, 400)), 10**9 + number * 10**7)
+        frame = CapturedFrame(numbered_picture(number, (300, 400)), 10**9 + number * 10**8)
         record.write(frame, serialised(image(frame.picture, frame.stamp_ns)))
         record._writer.submit(int).result()  # it is written
         said += record.take_warnings()
@@ -95,9 +95,21 @@ def test_a_record_warns_early_stops_in_good_order_and_is_whole(small_disk):
     assert said.index(stopped) > 0
     with BagPictures(record._directory) as bag:
         stamps = [picture.stamp_ns for picture in bag]
-    assert stamps == [10**9 + number * 10**7 for number in range(record.count)]
+    assert stamps == [10**9 + number * 10**8 for number in range(record.count)]
     assert 40 < record.count < 110
     assert write(record, range(200, 203)) == ("", [])
+
+
+def test_the_time_that_is_left_is_told_of_the_rate_that_the_record_has(small_disk):
+    """The first picture and the head of the file came in no time at all."""
+    disk = small_disk(100)
+    record = LiveRecord(disk / "record", "/image_raw")
+    assert write(record, range(15)) == ("", [])
+    assert write(record, range(15, 60))[0] == ""
+    left_s = float(record.counts()["disk lasts (minutes)"]) * 60.0
+    rate = record._recorder.bytes_on_disk / record._recorder.duration_s
+    assert left_s * rate == pytest.approx(record._room.free_bytes, rel=0.1, abs=30.0 * rate)
+    record.close()
 
 
 def test_a_disk_that_others_fill_leaves_the_record_whole(small_disk):

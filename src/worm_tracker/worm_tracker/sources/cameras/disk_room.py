@@ -4,6 +4,8 @@ import shutil
 from pathlib import Path
 
 _WARN_MINUTES = (30.0, 5.0)
+_SURE_AFTER_S = 2.0
+"""Of two pictures in a hurry a rate would be told that the record never has."""
 _KEEP_BYTES = 256 << 20
 _KEEP_SHARE = 0.02
 
@@ -32,7 +34,7 @@ class DiskRoom:
     def warning(self, written_bytes: int, elapsed_s: float) -> str:
         """Return one line each time that the time left falls below a level, otherwise nothing."""
         self.free_bytes = shutil.disk_usage(self._directory).free
-        if elapsed_s <= 0.0 or written_bytes <= 0:
+        if elapsed_s < _SURE_AFTER_S or written_bytes <= 0:
             return ""
         self.minutes_left = self.free_bytes * elapsed_s / written_bytes / 60.0
         passed = [level for level in self._levels if self.minutes_left < level]

@@ -104,6 +104,7 @@ class LiveRecord:
         self._room = DiskRoom(directory)
         self._warnings: deque[str] = deque()
         self._stopped: deque[str] = deque()
+        self._first_bytes = 0
         self._closed = False
         self.complaint = ""
         self._free = BoundedSemaphore(_MOST_BEHIND)
@@ -140,7 +141,10 @@ class LiveRecord:
                 else compressed_message(frame.picture, frame.stamp_ns, self._form.quality)
             )
         self._recorder.write(frame.stamp_ns, raw)
-        warning = self._room.warning(self._recorder.bytes_on_disk, self._recorder.duration_s)
+        if self._recorder.count == 1:
+            self._first_bytes = self._recorder.bytes_on_disk
+        grown = self._recorder.bytes_on_disk - self._first_bytes  # in the time since the first
+        warning = self._room.warning(grown, self._recorder.duration_s)
         if warning:
             self.complaint = warning
             self._warnings.append(warning)
