@@ -1,6 +1,9 @@
 """One trial from pictures to a report: which nodes, with which parameters, into which directory."""
 
 import json
+import math
+import signal
+import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
@@ -21,11 +24,11 @@ from worm_bringup.provenance import fingerprint, provenance
 from worm_bringup.trial_picture import keep_picture
 from worm_model.inference.comparison import ModelParameters
 from worm_msgs_py.ros.network import Reach, environment
-from worm_msgs_py.ros.running import finish_despite_signals, stop_on_signals
+from worm_msgs_py.ros.running import Stop, finish_despite_signals, stop_on_signals
 from worm_msgs_py.ros.watchdog import PATIENCE_S
 from worm_tracker.parameters import TrackerParameters
 
-REPORT_S = 1.5
+REPORT_S = 1.2
 """What the report is given after a signal; without it the results are whole, and say so."""
 _CHANGES_NO_RESULT = ("bag", "rate", "start_paused", "window")
 """Parameters of the player; the bag's content stands in the origin."""
@@ -172,6 +175,16 @@ def _with_pictures(trial: Trial, directory: Path) -> Trial:
     return replace(trial, source=replace(source, parameters=parameters))
 
 
+def _left_s(stop: Stop) -> float:
+    """Return the seconds that there are for a report; the signals of a machine do not wait.
+
+    SIGINT is an operator's, who waits for the report, or sends another one.
+    """
+    if stop.number in (signal.SIGTERM, signal.SIGHUP):
+        return stop.since_s + REPORT_S - time.monotonic()
+    return math.inf
+
+
 def run_trial(
     trial: Trial,
     out: Path,
@@ -204,7 +217,7 @@ def run_trial(
     Kept
         The results are whole, but not in `out` or without a report.
     """
-    with stop_on_signals(), results_directory(out, live=live) as partial:
+    with stop_on_signals() as stop, results_directory(out, live=live) as partial:
         result = run_graph(
             _with_pictures(trial, partial) if live else trial,
             partial,
@@ -214,7 +227,8 @@ def run_trial(
         )
         if not result.complete or result.frames == 0:
             raise Incomplete(result)
-        with finish_despite_signals(REPORT_S):
+        told = stop.number is not None
+        with finish_despite_signals(REPORT_S, left_s=_left_s(stop), told=told):
             why = keep_picture(partial, trial.source.parameters)
             report = write_report(partial)
     if checkpoints is not None:

@@ -4,6 +4,7 @@ import math
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from types import FrameType
@@ -29,11 +30,34 @@ _REFUSED = 2
 AnyNode = TypeVar("AnyNode", bound=Node)
 
 
-_running: threading.Event | None = None  # of the stop_on_signals that is in force
+class Stop(threading.Event):
+    """Set by a signal; it also knows the first one, for good.
+
+    Attributes
+    ----------
+    number : int or None
+        The signal.
+    since_s : float
+        When it came, by `time.monotonic`; infinite where none has.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.number: int | None = None
+        self.since_s = math.inf
+
+    def take(self, number: int) -> None:
+        """Take a signal."""
+        if self.number is None:
+            self.number, self.since_s = number, time.monotonic()
+        self.set()
+
+
+_running: Stop | None = None  # of the stop_on_signals that is in force
 
 
 @contextmanager
-def stop_on_signals() -> Iterator[threading.Event]:
+def stop_on_signals() -> Iterator[Stop]:
     """Give an event that SIGINT, SIGTERM and SIGHUP set while the block runs.
 
     rclpy's own handlers end the context before the last messages are out. Outside the main thread
@@ -45,16 +69,16 @@ def stop_on_signals() -> Iterator[threading.Event]:
     """
     global _running
     if threading.current_thread() is not threading.main_thread():
-        yield threading.Event()
+        yield Stop()
         return
     outer = _running
-    stop = _running = threading.Event() if outer is None else outer
+    stop = _running = Stop() if outer is None else outer
     seen = False
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         nonlocal seen
         if number != signal.SIGHUP or not seen:
-            stop.set()
+            stop.take(number)
         seen = True
 
     try:
@@ -65,7 +89,9 @@ def stop_on_signals() -> Iterator[threading.Event]:
 
 
 @contextmanager
-def finish_despite_signals(within_s: float = math.inf) -> Iterator[None]:
+def finish_despite_signals(
+    within_s: float = math.inf, *, left_s: float = math.inf, told: bool = False
+) -> Iterator[None]:
     """Let the block come to its end at the first signal; a second one raises KeyboardInterrupt.
 
     SIGHUP is never the second: nobody is there any more who waits.
@@ -74,8 +100,12 @@ def finish_despite_signals(within_s: float = math.inf) -> Iterator[None]:
     ----------
     within_s : float
         Seconds that the block is given from the first signal on; then KeyboardInterrupt is raised.
+    left_s : float
+        Seconds that it is given in any case.
+    told : bool
+        Whether the first signal came before.
     """
-    seen = False
+    seen = told
 
     def on_signal(number: int, frame: FrameType | None) -> None:
         nonlocal seen
@@ -92,6 +122,8 @@ def finish_despite_signals(within_s: float = math.inf) -> Iterator[None]:
         yield
         return
     before = signal.signal(signal.SIGALRM, on_alarm)
+    if left_s < math.inf:
+        signal.setitimer(signal.ITIMER_REAL, max(left_s, 0.01))
     try:
         with _handling(on_signal):
             yield
