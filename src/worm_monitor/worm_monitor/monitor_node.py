@@ -152,6 +152,7 @@ class MonitorNode(WormNode):
     def _on_midline(self, msg: PointCloud2) -> None:
         stamp_ns = convert.stamp_to_ns(msg.header.stamp)
         self._shown.take_midline(stamp_ns, convert.midline_from_msg(msg))
+        self._show_picture()
 
     def _on_counts(self, msg: UInt64MultiArray) -> None:
         counts = convert.counts_from_msg(msg)
@@ -179,7 +180,11 @@ class MonitorNode(WormNode):
         waiting = self._next_picture.take(time.monotonic(), self._shown.pose)
         if waiting is None:
             return
-        jpeg, scale = as_jpeg(waiting.message)
+        try:
+            jpeg, scale = as_jpeg(waiting.message)
+        except MalformedMessage as error:
+            self._shown.take_remark(str(error))
+            return
         pose = self._shown.pose(waiting.stamp_ns)
         time_s = rounded(self._shown.time_s(waiting.stamp_ns), 8)
         told = {"t": time_s, "scale": scale, "pose": pose}
@@ -213,10 +218,7 @@ class MonitorNode(WormNode):
             self._commands.obey(self._page.commands.get_nowait())
         if not self._page.browsers:
             return
-        try:
-            self._show_picture()
-        except MalformedMessage as error:
-            self._shown.take_remark(str(error))
+        self._show_picture()
         offers = {} if ended else self._commands.offers()
         self._shown.tell_now(time.monotonic(), replay=self._replay, ended=ended, **offers)
         news = json.dumps(self._shown.news(), allow_nan=False)

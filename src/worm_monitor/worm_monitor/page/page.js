@@ -137,6 +137,8 @@ function drawHead() {
     outcome.classList.toggle("lost", !now.has_pose);
   }
   if (now.status === undefined && now.taken) outcome.textContent = `${now.taken} frames in: told once it is clear which end is the head`;
+  const source = told.health?.image_source;
+  id("complaint").textContent = source?.level ? source.message : "";
   const lost = drops(), speed = now.v_b;
   const turns = speed === null || speed === undefined ? "–" : Math.abs(speed) < 0.02 ? "still" : `${speed > 0 ? "CCW" : "CW"} ${Math.abs(speed).toFixed(2)} mm/s`;
   const contact = now.contact === true ? "yes" : now.contact === false ? "no" : "–";
@@ -153,6 +155,7 @@ function drawHead() {
     ["in / done", `${plain(now.fps_in)} / ${plain(now.fps_done)} /s`, "wide"],
     ["dropped", String(lost), lost ? "wrong" : ""],
     ["latency", now.replay || now.latency_s === null ? "–" : milliseconds(now.latency_s), now.latency_s > 1 ? "wrong" : ""],
+    ...recording(source?.values ?? {}),
     ["last frame", now.age_s === null || now.age_s === undefined ? "–" : `${now.age_s.toFixed(1)} s ago`, !now.replay && now.age_s > 1 ? "wrong" : ""],
   ]);
   id("swap").disabled = !now.can_swap;
@@ -167,6 +170,16 @@ function drawHead() {
     if (!known) rate.add(new Option(`${now.rate} ×`, String(now.rate)));
     rate.value = String(now.rate);
   }
+}
+
+// What is recorded, and how long its disk lasts; nothing where nothing is.
+function recording(values) {
+  const minutes = values["disk lasts (minutes)"];
+  if (minutes === undefined) return [];
+  return [
+    ["recorded", `${values["record (MB)"]} MB`, "wide"],
+    ["disk lasts", Number(minutes) < 600 ? `${minutes} min` : `${Math.round(minutes / 60)} h`, Number(minutes) < 10 ? "wrong" : ""],
+  ];
 }
 
 function tiles(entries) {
@@ -292,6 +305,7 @@ function momentary(name, forecast) {
   const now = told.now ?? {}, R = told.geometry?.chambers[0]?.R_mm;
   const share = (r) => (R && r !== null && r !== undefined ? (r / R).toFixed(3) : "");
   if (name === "tau_h" && forecast && forecast.median !== null) return `${forecast.median} s to go (${forecast.low} … ${forecast.high})`;
+  if (!now.where?.startsWith("chamber")) return "";
   if (name === "r_h_over_R") return share(now.r_h);
   if (name === "r_c_over_R") return share(now.r_c);
   if (name === "v_w" && now.v_b !== null && now.v_b !== undefined) return plain(Number(Math.abs(now.v_b).toFixed(2)), "mm/s");

@@ -170,6 +170,7 @@ export function points(place, xs, ys, errors, colour) {
     for (let k = 0; k < xs.length; k += every) {
       if (ys[k] === null) continue;
       const [x, y] = [place.px(xs[k]), place.py(ys[k])];
+      pen.globalAlpha = errors && errors[k] === null ? 0.35 : 1; // too few pairs to tell its error
       if (errors && errors[k] !== null) {
         pen.beginPath(); pen.moveTo(x, place.py(ys[k] - errors[k])); pen.lineTo(x, place.py(ys[k] + errors[k])); pen.stroke();
       }
