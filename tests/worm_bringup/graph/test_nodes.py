@@ -1,6 +1,7 @@
 """Every parameter of every node: what is wrong is refused, at start and at set; a page has all."""
 
 import importlib.util
+import re
 from pathlib import Path
 
 import pytest
@@ -153,6 +154,17 @@ def test_the_service_of_ros_gives_the_reason(running, node):
     executor.remove_node(running[node])
     executor.shutdown()
     client_node.destroy_node()
+
+
+def test_every_node_that_can_be_started_is_listed():
+    src = DOCS.parent / "src"
+    started = {
+        ".".join(file.relative_to(src).with_suffix("").parts[1:])
+        for file in src.glob("worm_*/worm_*/**/*.py")
+        if "\ndef main(" in (text := file.read_text("utf-8"))
+        and re.search(r"^class \w+Node\(", text, re.MULTILINE)
+    }
+    assert started == set(NODES.values())
 
 
 def test_a_file_for_several_nodes_knows_every_parameter_and_no_other():

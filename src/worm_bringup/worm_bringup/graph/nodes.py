@@ -14,6 +14,7 @@ NODES = {
     "recorder": "worm_bringup.recorder.recorder_node",
     "overlay": "worm_bringup.overlay.overlay_node",
     "foxglove": "worm_bringup.overlay.foxglove_node",
+    "monitor": "worm_monitor.monitor_node",
 }
 """The module of each."""
 ROS_NAMES = dict.fromkeys(("replay", "camera", "simulated_camera"), "image_source")
