@@ -50,3 +50,16 @@ def test_other_machines_come_by_number_or_this_machines_name_and_with_the_token(
     assert not OPEN.opens("")
     assert not OPEN.opens("sécret")
     assert OPEN.address.endswith(":8642/secret/")
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.0.7", "rig.example"])
+def test_a_page_that_other_machines_reach_has_a_token_that_nobody_guesses(host):
+    first, second = Access.to(host, 8642), Access.to(host, 8642)
+    assert len(first.token) >= 20
+    assert first.token != second.token
+    assert Access.to(host, 8642, "given").token == "given"
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.0.0.9", "::1"])
+def test_a_page_for_this_machine_alone_needs_none(host):
+    assert Access.to(host, 8642).token == ""

@@ -1,12 +1,15 @@
 """Who may look: the names that the page answers to, where a request may come from, the token."""
 
 import hmac
+import secrets
 import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
 from worm_msgs_py.ros.network import is_ip_address, is_loopback
+
+_TOKEN_BYTES = 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +28,13 @@ class Access:
     host: str
     port: int
     token: str = ""
+
+    @classmethod
+    def to(cls, host: str, port: int, token: str = "") -> "Access":
+        """Return the rule; a page that other machines reach has a token, given or new."""
+        if not token and not is_loopback(host):
+            token = secrets.token_urlsafe(_TOKEN_BYTES)
+        return cls(host, port, token)
 
     @property
     def address(self) -> str:

@@ -65,7 +65,8 @@ class MonitorNode(WormNode):
         Declaration(
             "token",
             "",
-            "First part of the page's path, which only those know who may look.",
+            "First part of the page's path, which only those know who may look; where other "
+            "machines reach the page and none is given, a new one.",
             shown=lambda token: "(set)" if token else "",
         ),
         Declaration("replay", False, "The trial is a recording, not live."),

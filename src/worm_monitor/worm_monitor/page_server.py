@@ -101,7 +101,7 @@ class PageServer:
     port : int
         0: `FIRST_PORT_TRIED`, or a free one where that is taken.
     token : str
-        First part of every path; empty for none.
+        First part of every path; where other machines reach the page, a new one if empty.
 
     Raises
     ------
@@ -117,7 +117,7 @@ class PageServer:
     def __init__(self, host: str, port: int, token: str = "") -> None:
         self.commands: queue.Queue[dict[str, Any]] = queue.Queue(_COMMANDS)
         self._browsers: dict[Browser, asyncio.Task[None]] = {}
-        self._access = Access(host, port, token)
+        self._access = Access.to(host, port, token)
         self._last_picture: bytes | None = None
         self._loop = asyncio.new_event_loop()
         self._runner = web.AppRunner(self._application(), access_log=None)

@@ -9,9 +9,8 @@ import typer
 
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.usage import refuse_without
-from worm_bringup.graph.monitor_process import Monitor, new_token
+from worm_bringup.graph.monitor_process import Monitor
 from worm_msgs_py.limits import PAGE_PORT
-from worm_msgs_py.ros.network import LOOPBACK, is_loopback
 
 _MONITOR = "The page that shows the trial"
 
@@ -62,8 +61,6 @@ class MonitorOptions:
             parameters["port"] = self.monitor_port
         if self.monitor_host:
             parameters["host"] = self.monitor_host
-        if not is_loopback(parameters.get("host", LOOPBACK)) and not parameters.get("token"):
-            parameters["token"] = new_token()
         return Monitor(parameters, _say_at_once)
 
 

@@ -1,7 +1,6 @@
 """The monitor beside a graph: a process of its own, whose end or silence ends nothing else."""
 
 import queue
-import secrets
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -14,7 +13,6 @@ from worm_msgs_py.errors import BadInput, NodeFailed
 
 _START_S = 30.0
 _MONITOR_END_S = 2.0
-_TOKEN_BYTES = 16
 
 
 @dataclass(frozen=True)
@@ -70,11 +68,6 @@ class Monitor:
         finally:
             ending.set()
             end_processes([child], _MONITOR_END_S)
-
-
-def new_token() -> str:
-    """Return a token that nobody guesses."""
-    return secrets.token_urlsafe(_TOKEN_BYTES)
 
 
 def _await(word: str, inbox: Inbox, patience_s: float) -> dict[str, Any]:
