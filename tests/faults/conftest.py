@@ -5,6 +5,8 @@ import subprocess
 
 import pytest
 
+from worm_bringup.graph.ros_environment import free_domain
+
 
 @pytest.fixture(scope="module")
 def two_hosts():
@@ -32,3 +34,15 @@ def two_hosts():
     finally:
         for name in made:
             subprocess.run(["ip", "netns", "del", name], check=False)
+
+
+@pytest.fixture
+def environment():
+    """As of a shell of its own, in a ROS domain of the test's own."""
+    plain = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("ROS_AUTO", "FASTRTPS_", "SKIP_DEFAULT"))
+    }
+    with free_domain() as number:
+        yield {**plain, "ROS_DOMAIN_ID": str(number)}

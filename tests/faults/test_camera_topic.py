@@ -31,7 +31,6 @@ TOPIC = "/camera/image_raw"
 @pytest.fixture(autouse=True)
 def domain(monkeypatch):
     """A ROS domain of the test's own, in which programs of this machine hear each other."""
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(SUPPORT), os.environ["PYTHONPATH"]]))
     monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE", raising=False)
     with free_domain() as number:
         monkeypatch.setenv("ROS_DOMAIN_ID", str(number))

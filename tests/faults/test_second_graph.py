@@ -1,6 +1,5 @@
 """A second graph on the same names is refused before it has done anything."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -11,7 +10,6 @@ from pathlib import Path
 import pytest
 from picture_bags import write_bag
 
-from worm_bringup.graph.ros_environment import free_domain
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.claims import claim, claimed_name, full_name
 
@@ -31,18 +29,6 @@ answer = client.call_async(Trigger.Request())
 rclpy.spin_until_future_complete(node, answer, timeout_sec=20)
 assert answer.result().success
 """
-
-
-@pytest.fixture
-def environment():
-    """As of a shell of its own, in a ROS domain of the test's own."""
-    plain = {
-        name: value
-        for name, value in os.environ.items()
-        if not name.startswith(("ROS_AUTO", "FASTRTPS_", "SKIP_DEFAULT"))
-    }
-    with free_domain() as number:
-        yield {**plain, "ROS_DOMAIN_ID": str(number)}
 
 
 def until_somebody_holds(domain, node):

@@ -1,16 +1,13 @@
 """Two rigs in two namespaces of one ROS domain do not touch each other."""
 
-import os
 import subprocess
 import sys
 from contextlib import ExitStack
 from pathlib import Path
 
-import pytest
 from mjpeg_server import number_in
 from result_files import TABLES
 
-from worm_bringup.graph.ros_environment import free_domain
 from worm_tracker.sources.bags.pictures import pictures_of_bag
 
 BAGS = Path(__file__).parents[2] / "bags"
@@ -29,19 +26,6 @@ for answer in answers:
     rclpy.spin_until_future_complete(node, answer, timeout_sec=60)
     assert answer.result().success
 """
-
-
-@pytest.fixture
-def environment():
-    """As of a shell of its own, in a ROS domain of the test's own."""
-    plain = {
-        name: value
-        for name, value in os.environ.items()
-        if not name.startswith(("ROS_AUTO", "FASTRTPS_", "SKIP_DEFAULT"))
-    }
-    path = os.pathsep.join([str(SUPPORT), os.environ.get("PYTHONPATH", "")])
-    with free_domain() as number:
-        yield {**plain, "ROS_DOMAIN_ID": str(number), "PYTHONPATH": path}
 
 
 def tables(out):
