@@ -48,9 +48,14 @@ def summary(folder):
 def replayed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("rig")
     (folder / "rig.yaml").write_text(RIG, encoding="utf-8")
+    other = RIG.replace("radius_m: 0.01", "radius_m: 0.012")
+    (folder / "other.yaml").write_text(other, encoding="utf-8")
     words = ("--rig", "rig.yaml", "--max-gap-s", "0.7", "--exit-width-mm", "1.9")
     status, said = worm(folder, "replay", LARVA, *words, "--out", "out")
     assert status == 0, said
+    table = pq.read_table(folder / "out" / "tracks.parquet")
+    pa_csv.write_csv(table.select(["stamp_ns", "head_x_mm", "head_y_mm"]), folder / "tracks.csv")
+    pa_csv.write_csv(table.select(["stamp_ns", "head_u_px", "head_v_px"]), folder / "pixels.csv")
     return folder
 
 
@@ -78,9 +83,6 @@ def test_without_a_file_nothing_is_noted(replayed):
 
 
 def test_analyse_takes_lengths_contact_rule_and_notes_of_the_file(replayed):
-    table = pq.read_table(replayed / "out" / "tracks.parquet")
-    kept = ["stamp_ns", "head_x_mm", "head_y_mm"]
-    pa_csv.write_csv(table.select(kept), replayed / "tracks.csv")
     words = ("--rig", "rig.yaml", "--contact-factor", "0.4", "--out", "again")
     status, said = worm(replayed, "analyse", "tracks.csv", *words)
     assert status == 0, said
@@ -91,8 +93,6 @@ def test_analyse_takes_lengths_contact_rule_and_notes_of_the_file(replayed):
 
 
 def test_analyse_takes_the_walls_place_for_a_table_in_pixels_alone(replayed):
-    table = pq.read_table(replayed / "out" / "tracks.parquet")
-    pa_csv.write_csv(table.select(["stamp_ns", "head_u_px", "head_v_px"]), replayed / "pixels.csv")
     place = "tracker:\n  ros__parameters:\n    centre_u_px: 500.0\n    centre_v_px: 510.0\n"
     (replayed / "place.yaml").write_text(
         place + "    radius_px: 400.0\n    exit_deg: 147.0\n", encoding="utf-8"
@@ -107,8 +107,6 @@ def test_analyse_takes_the_walls_place_for_a_table_in_pixels_alone(replayed):
 
 def test_analyse_refuses_a_file_that_contradicts_the_results_own_rig(replayed):
     assert worm(replayed, "analyse", "out", "--rig", "rig.yaml", "--out", "same")[0] == 0
-    other = RIG.replace("radius_m: 0.01", "radius_m: 0.012")
-    (replayed / "other.yaml").write_text(other, encoding="utf-8")
     status, said = worm(replayed, "analyse", "out", "--rig", "other.yaml", "--out", "no")
     assert status == 2
     assert "rest on R = 10 mm, the rig file says 12" in said
