@@ -17,14 +17,14 @@ from worm_bringup.overlay.frame_join import FrameJoin, JoinedFrame
 from worm_bringup.overlay.shapes import shapes_of
 from worm_msgs_py import convert, topics
 from worm_msgs_py.arrays import Picture
-from worm_msgs_py.errors import BadInput, BadPicture, MalformedMessage
+from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.files.whole_files import new_file
 from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.bag_sources import SoundBag
+from worm_tracker.sources.bags.pictures import decoded
 from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
-from worm_tracker.sources.bags.serialized_images import read_picture
-from worm_tracker.sources.image_decoder import Grey, PictureDecoder
+from worm_tracker.sources.image_decoder import Grey
 
 _CODEC = "mp4v"
 _LONE_FPS = 25.0
@@ -135,8 +135,8 @@ def _frames(bag: Path) -> Iterator[JoinedFrame]:
         raise BadInput(f"{bag}: {why}") from error
 
 
-def _pictures(source: _Source) -> Iterator[tuple[int, Grey | None]]:
-    """Yield stamp and picture of every message; None where it cannot be read."""
+def _pictures(source: _Source) -> Iterator[tuple[Grey, int]]:
+    """Yield picture and stamp of every message; an empty picture where it cannot be read."""
     with BagPictures(
         source.bag,
         source.topic,
@@ -144,29 +144,23 @@ def _pictures(source: _Source) -> Iterator[tuple[int, Grey | None]]:
         playback_duration_s=source.playback_duration_s,
         salvage=source.salvage,
     ) as pictures:
-        decoder = PictureDecoder()
-        for found in pictures:
-            try:
-                fields = read_picture(found.raw, pictures.message_type)
-                yield found.stamp_ns, decoder.decode(fields)
-            except (BadInput, BadPicture):
-                yield found.stamp_ns, None
+        yield from decoded(pictures)
 
 
 def _drawn(bag: Path, source: _Source) -> Iterator[Picture]:
     """Yield every frame of the film; a picture that cannot be used is black, and says so."""
-    first = next((grey for _, grey in _pictures(source) if grey is not None), None)
+    first = next((grey for grey, _ in _pictures(source) if grey.size), None)
     if first is None:
         raise BadInput(f"{source.bag}: not one picture can be read")
     pictures, blank = _pictures(source), np.zeros_like(first)
     for frame in _frames(bag):
-        stamp_ns, grey = next(pictures, (None, None))
+        grey, stamp_ns = next(pictures, (blank, None))
         if stamp_ns != frame.state.stamp_ns:
             raise BadInput(
                 f"{source.bag}: is not the bag of these results: their frame {frame.state.frame} "
                 f"was taken at {frame.state.stamp_ns} ns, its picture at {stamp_ns}"
             )
-        usable = grey if grey is not None and grey.shape == blank.shape else blank
+        usable = grey if grey.shape == blank.shape else blank
         yield draw_over(usable, shapes_of(frame.state, frame.midline, frame.geometry))
 
 

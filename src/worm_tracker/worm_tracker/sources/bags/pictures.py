@@ -45,11 +45,16 @@ def pictures_of_bag(
     with BagPictures(
         Path(bag), topic, start_offset_s=start_offset_s, playback_duration_s=playback_duration_s
     ) as pictures:
-        decoder = PictureDecoder()
-        for found in pictures:
-            try:
-                fields = read_picture(found.raw, pictures.message_type)
-                picture = decoder.decode(fields)
-            except (BadInput, BadPicture):
-                picture = np.empty((0, 0), np.uint8)
-            yield picture, found.stamp_ns
+        yield from decoded(pictures)
+
+
+def decoded(pictures: BagPictures) -> Iterator[tuple[Grey, int]]:
+    """Yield every picture of an open bag and its stamp, as `pictures_of_bag` does."""
+    decoder = PictureDecoder()
+    for found in pictures:
+        try:
+            fields = read_picture(found.raw, pictures.message_type)
+            picture = decoder.decode(fields)
+        except (BadInput, BadPicture):
+            picture = np.empty((0, 0), np.uint8)
+        yield picture, found.stamp_ns
