@@ -11,6 +11,7 @@ import yaml
 from rosbags.typesys import Stores, get_typestore
 
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.picture_file import PictureFile
 
 
@@ -79,7 +80,7 @@ class PictureRecorder:
     @property
     def duration_s(self) -> float:
         """Seconds from the first picture to the last."""
-        return (self._files[-1].last_ns - self._files[0].first_ns) / 1e9
+        return (self._files[-1].last_ns - self._files[0].first_ns) / NS_PER_S
 
     def write(self, stamp_ns: int, raw: bytes) -> None:
         """Append one serialised picture; the stamp is also its time of recording.
