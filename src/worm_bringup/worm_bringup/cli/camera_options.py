@@ -7,13 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
-from worm_bringup.cli.numbers import number, numbers
+from worm_bringup.cli.numbers import declared_number, number, numbers
 from worm_bringup.cli.usage import refuse_without
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.nodes import parameters_of
 from worm_msgs_py.errors import BadInput
-from worm_msgs_py.limits import JPEG_QUALITY
-from worm_tracker.sources.camera_parameters import RECONNECT
+from worm_tracker.sources.camera_parameters import CAMERA_PARAMETERS, RECONNECT
 from worm_tracker.sources.cameras.camera_address import Kind, kind_of, shown_address
 from worm_tracker.sources.cameras.camera_settings import (
     CAMERA_RATE,
@@ -21,12 +20,7 @@ from worm_tracker.sources.cameras.camera_settings import (
     PLACE_IN_PICTURE_PX,
     SIDE_PX,
 )
-from worm_tracker.sources.cameras.live_record import (
-    GOOD_QUALITY,
-    SPLIT_MIB,
-    SPLIT_MIN,
-    RecordAs,
-)
+from worm_tracker.sources.cameras.live_record import GOOD_QUALITY, RecordAs
 
 _CAMERA, _RECORD = "The camera", "The record of the pictures"
 _CAMERAS, _SIMULATED = "worm_tracker.sources.camera_node", "worm_bringup.simulated_camera"
@@ -99,27 +93,10 @@ RecordedAs = Annotated[
         rich_help_panel=_RECORD,
     ),
 ]
-JpegQuality = Annotated[
-    int | None,
-    number(JPEG_QUALITY, help="Of --record-as jpeg; 90 where not given.", rich_help_panel=_RECORD),
-]
-SplitMib = Annotated[
-    float | None,
-    number(
-        SPLIT_MIB,
-        help="Size at which the record goes on in another file of the same bag; 4096 where not "
-        "given; 0: never.",
-        rich_help_panel=_RECORD,
-    ),
-]
-SplitMin = Annotated[
-    float | None,
-    number(
-        SPLIT_MIN,
-        help="Time after which it goes on in another file; 30 where not given; 0: never.",
-        rich_help_panel=_RECORD,
-    ),
-]
+_OF_CAMERA = {declared.name: declared for declared in CAMERA_PARAMETERS}
+JpegQuality = Annotated[int | None, declared_number(_OF_CAMERA["jpeg_quality"], _RECORD)]
+SplitMib = Annotated[float | None, declared_number(_OF_CAMERA["split_mib"], _RECORD)]
+SplitMin = Annotated[float | None, declared_number(_OF_CAMERA["split_min"], _RECORD)]
 ReconnectS = Annotated[
     float | None,
     number(

@@ -6,6 +6,7 @@ from typing import Any
 
 import typer
 
+from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.limits import Limit
 
 
@@ -25,6 +26,14 @@ def number(limit: Limit, *names: str, help: str = "", **settings: Any) -> Any:
     """
     said = f"{help} [{limit.in_words()}]".strip()
     return typer.Option(*names, help=said, callback=_check(limit), **settings)
+
+
+def declared_number(declared: Declaration, panel: str) -> Any:
+    """Return the option of a parameter that is a number, as that tells of itself."""
+    assert declared.limit is not None
+    told = declared.means or f"{declared.default:g}"
+    help = f"{declared.description} [default: {told}]"
+    return number(declared.limit, help=help, rich_help_panel=panel)
 
 
 def numbers(help: str, /, *, rich_help_panel: str, **limits: Limit) -> Any:

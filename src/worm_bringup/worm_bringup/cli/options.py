@@ -10,7 +10,7 @@ from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
 
 from worm_analysis.parameters import AnalysisParameters
-from worm_bringup.cli.numbers import number, numbers
+from worm_bringup.cli.numbers import declared_number, number, numbers
 from worm_bringup.cli.usage import refuse_together, refuse_without
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.nodes import NODES
@@ -317,12 +317,7 @@ _OF_ANALYSIS = {declared.name: declared for declared in declarations(AnalysisPar
 
 def _of(name: str) -> Any:
     """Return the option of one of the analysis' parameters, as that tells of itself."""
-    declared = _OF_ANALYSIS[name]
-    assert declared.limit is not None
-    told = declared.means or f"{declared.default:g}"
-    return number(
-        declared.limit, help=f"{declared.description} [default: {told}]", rich_help_panel=ANALYSIS
-    )
+    return declared_number(_OF_ANALYSIS[name], ANALYSIS)
 
 
 BodyWidthMm = Annotated[
