@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from worm_msgs_py import limits, paper
+from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_msgs_py.declarations import declare, first_refusal_of
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
@@ -60,7 +61,7 @@ class AnalysisParameters:
         _SPAN,
     )
     min_head_certainty: float = declare(
-        0.9,
+        SURE_HEAD_CERTAINTY,
         "A frame less certain of which end is the head is excluded from every estimate: 0.5 "
         "takes all.",
         Limit(0.5, 1.0),

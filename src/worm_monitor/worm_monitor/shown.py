@@ -23,6 +23,7 @@ from worm_msgs_py import (
     SourceEvent,
     Visit,
 )
+from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_msgs_py.contract.episodes import EpisodeKind
 from worm_msgs_py.units import MM_PER_M, NS_PER_S
 
@@ -245,6 +246,7 @@ class Shown:
                 "reason": state.status.reason,
                 "has_pose": state.status.has_pose,
                 "certainty": rounded(state.head_certainty, 3),
+                "sure": state.head_certainty >= SURE_HEAD_CERTAINTY,
                 "where": state.where.label,
                 "length_mm": rounded(state.length_m * MM_PER_M, 3),
             }
@@ -274,7 +276,7 @@ def _keypoints(state: BodyState) -> dict[str, Any]:
         **points,
         "frame": state.frame,
         "status": state.status.label,
-        "certainty": rounded(state.head_certainty, 3),
+        "sure": state.head_certainty >= SURE_HEAD_CERTAINTY,
         "width_px": rounded(state.width_px, 3),
         "length_px": rounded(state.length_px, 4),
     }

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from worm_analysis.results.results import Results
 from worm_msgs_py import Status
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_msgs_py.errors import ReportError
 from worm_msgs_py.files.frame_pictures import frame_pictures
 
-SURE_HEAD = 0.9
-"""Head certainty of a frame that is shown, if there is such a one; as for the summary's numbers."""
 SAME_LENGTH = 0.1
 """A body whose length is this near to the median is seen whole."""
 SAME_PLACE_PX = 1.0
@@ -66,7 +65,8 @@ def row_to_show(results: Results, among: Collection[int] | None = None) -> int |
         return None
     whole = np.abs(length / np.nanmedian(length[chosen]) - 1) < SAME_LENGTH
     placed = _on_the_last_circle(results) if results.chambers else np.ones_like(chosen)
-    for wish in (placed, tracks["head_certainty"] >= SURE_HEAD, whole, tracks["contact"] == 1.0):
+    sure = tracks["head_certainty"] >= SURE_HEAD_CERTAINTY
+    for wish in (placed, sure, whole, tracks["contact"] == 1.0):
         if (chosen & wish).any():
             chosen = chosen & wish
     trust = np.where(chosen, np.nan_to_num(tracks["confidence"]), -1.0)

@@ -20,12 +20,10 @@ from worm_msgs_py.colours import (
     TAIL_COLOUR,
     WALL_COLOUR,
 )
-from worm_msgs_py.contract.body import BodyState, Midline
+from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY, BodyState, Midline
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.contract.status import Status
 
-SURE_HEAD_CERTAINTY = 0.9
-"""A head that is less certain is drawn hollow; the analysis leaves it out as well."""
 PALE = 0.45
 """Opacity of what is in doubt."""
 _THICK_PX = 1.5

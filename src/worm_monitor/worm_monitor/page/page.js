@@ -147,7 +147,7 @@ function drawHead() {
     ["contact", contact, now.contact ? "on" : ""],
     ["direction", turns, "wide"],
     ["where", plain(now.where?.replace("_", " "))],
-    ["head certainty", certain, now.has_pose === false || now.certainty < 0.9 ? "wrong" : ""],
+    ["head certainty", certain, now.has_pose === false || now.sure === false ? "wrong" : ""],
     ["R", plain(here.R_mm, "mm")],
     ["W", plain(here.W_mm, "mm")],
     ["scale", plain(here.px_per_mm, "px/mm")],

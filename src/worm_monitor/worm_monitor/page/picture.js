@@ -2,7 +2,7 @@
 
 const HEAD = "#0072B2", CENTROID = "#D55E00", TAIL = "#009E73";
 const WALL = "#E69F00", EXIT = "#CC79A7", MIDLINE = "#F0E442";
-const SURE = 0.9, PALE = 0.45;
+const PALE = 0.45;
 
 export class Picture {
   constructor(canvas, closeup) {
@@ -116,11 +116,10 @@ function body(pen, pose, px, dot) {
     drawing = true;
   });
   pen.stroke();
-  const sure = pose.certainty >= SURE;
   for (const [name, colour] of [["tail", TAIL], ["centroid", CENTROID], ["head", HEAD]]) {
     const [u, v] = pose[name];
     if (u === null || v === null) continue;
-    const filled = name === "centroid" || sure;
+    const filled = name === "centroid" || pose.sure;
     pen.beginPath(); pen.arc(u, v, (name === "head" ? dot * 1.25 : dot) * px, 0, 7);
     pen.fillStyle = pen.strokeStyle = colour; pen.lineWidth = 2 * px;
     if (filled) pen.fill(); else pen.stroke();

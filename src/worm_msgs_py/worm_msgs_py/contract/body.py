@@ -11,6 +11,8 @@ from worm_msgs_py.contract.frames import CAMERA, Where
 from worm_msgs_py.contract.status import Status
 
 KEYPOINTS = ("head", "centroid", "tail")
+SURE_HEAD_CERTAINTY = 0.9
+"""A head that is less certain is shown as doubtful, and left out of numbers by default."""
 
 
 @dataclass(frozen=True, slots=True)
