@@ -8,15 +8,15 @@ HERE = Access("127.0.0.1", 8642)
 OPEN = Access("0.0.0.0", 8642, "secret")
 
 
-def refusal(access, host, origin=None, *, socket=False):
+def refusal(access, host, origin=None, *, acts=False):
     headers = {"Host": host} | ({"Origin": origin} if origin is not None else {})
-    return access.refusal(headers, socket=socket)
+    return access.refusal(headers, acts=acts)
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:8642", "localhost:8642", "127.0.0.2:8642"])
 def test_this_machine_may_look(host):
     assert not refusal(HERE, host)
-    assert not refusal(HERE, host, f"http://{host}", socket=True)
+    assert not refusal(HERE, host, f"http://{host}", acts=True)
 
 
 @pytest.mark.parametrize(
@@ -34,12 +34,12 @@ def test_a_foreign_host_is_refused(host):
      "http://localhost:8642"],
 )  # fmt: skip
 def test_a_foreign_origin_is_refused(origin):
-    assert refusal(HERE, "127.0.0.1:8642", origin, socket=True)
+    assert refusal(HERE, "127.0.0.1:8642", origin, acts=True)
     assert refusal(HERE, "127.0.0.1:8642", origin)
 
 
-def test_a_socket_must_say_where_it_comes_from():
-    assert refusal(HERE, "127.0.0.1:8642", socket=True)
+def test_what_does_more_than_read_must_say_where_it_comes_from():
+    assert refusal(HERE, "127.0.0.1:8642", acts=True)
 
 
 def test_other_machines_come_by_number_or_this_machines_name_and_with_the_token():

@@ -43,7 +43,7 @@ class Access:
         host = f"[{host}]" if ":" in host else host
         return f"http://{host}:{self.port}/" + (f"{self.token}/" if self.token else "")
 
-    def refusal(self, headers: Mapping[str, str], *, socket: bool) -> str:
+    def refusal(self, headers: Mapping[str, str], *, acts: bool) -> str:
         """Return why a request is refused; empty where it is not.
 
         A page of somebody else's that is open in the same browser may ask for ours under a name
@@ -53,14 +53,15 @@ class Access:
         ----------
         headers : mapping
             Of the request.
-        socket : bool
-            Whether a WebSocket is asked for: such a request must say where it comes from.
+        acts : bool
+            Whether it asks for more than to read, such as a WebSocket, or a change: then it must
+            say where it comes from.
         """
         host = headers.get("Host", "")
         if not self._is_ours(host):
             return "this page does not answer to that host"
         origin = headers.get("Origin")
-        if (socket or origin is not None) and origin != f"http://{host}":
+        if (acts or origin is not None) and origin != f"http://{host}":
             return "this page answers to itself alone"
         return ""
 

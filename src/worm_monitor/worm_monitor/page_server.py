@@ -6,16 +6,15 @@ import json
 import queue
 import threading
 from collections import deque
-from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
 from aiohttp import WSMsgType, web
 
 from worm_monitor.access import Access
+from worm_monitor.site import Site, page_files
 from worm_msgs_py.errors import BadInput
 
-FIRST_PORT_TRIED = 8642
 MOST_BROWSERS = 16
 MOST_UNSENT = 100
 """Messages that a browser may be behind, ten seconds' worth; one that is more is dropped."""
@@ -23,31 +22,6 @@ _COMMANDS = 64
 _HEARTBEAT_S = 15.0
 _GOODBYE_S = 1.0
 _PAGE = Path(__file__).with_name("page")
-_MEDIA_TYPES = {
-    ".html": "text/html",
-    ".css": "text/css",
-    ".js": "text/javascript",
-    ".svg": "image/svg+xml",
-}
-_FILES = {item.name: item.read_bytes() for item in _PAGE.iterdir() if item.suffix in _MEDIA_TYPES}
-_Handler = Callable[[web.Request], Awaitable[web.StreamResponse]]
-
-
-def _headers(host: str) -> dict[str, str]:
-    """Return what a browser is told: nothing from elsewhere, no script that is not a file here."""
-    policy = (
-        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; "
-        f"connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; "
-        "frame-ancestors 'none'"
-    )
-    return {
-        "Content-Security-Policy": policy,
-        "X-Content-Type-Options": "nosniff",
-        "Referrer-Policy": "no-referrer",
-        "Cross-Origin-Resource-Policy": "same-origin",
-        "Cross-Origin-Opener-Policy": "same-origin",
-        "Cache-Control": "no-store",
-    }
 
 
 class Browser:
@@ -117,14 +91,14 @@ class PageServer:
     def __init__(self, host: str, port: int, token: str = "") -> None:
         self.commands: queue.Queue[dict[str, Any]] = queue.Queue(_COMMANDS)
         self._browsers: dict[Browser, asyncio.Task[None]] = {}
-        self._access = Access.to(host, port, token)
         self._last_picture: bytes | None = None
         self._loop = asyncio.new_event_loop()
-        self._runner = web.AppRunner(self._application(), access_log=None)
+        routes = [web.get("/socket", self._socket)]
+        self._site = Site(Access.to(host, port, token), page_files(_PAGE), routes)
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
         self._thread.start()
         try:
-            asyncio.run_coroutine_threadsafe(self._listen(), self._loop).result()
+            asyncio.run_coroutine_threadsafe(self._site.listen(), self._loop).result()
         except OSError as error:
             self.close()
             raise BadInput(
@@ -135,7 +109,7 @@ class PageServer:
     @property
     def address(self) -> str:
         """What a person types into a browser."""
-        return self._access.address
+        return self._site.access.address
 
     @property
     def browsers(self) -> int:
@@ -174,55 +148,11 @@ class PageServer:
         asyncio.set_event_loop(self._loop)
         self._loop.run_forever()
 
-    def _application(self) -> web.Application:
-        async def guard(request: web.Request, handler: _Handler) -> web.StreamResponse:
-            return await self._guard(request, handler)
-
-        application = web.Application(middlewares=[web.middleware(guard)])
-        prefix = "/{token}" if self._access.token else ""
-        application.router.add_get(f"{prefix}/", self._file)
-        application.router.add_get(f"{prefix}/socket", self._socket)
-        application.router.add_get(f"{prefix}/{{name}}", self._file)
-        return application
-
-    async def _listen(self) -> None:
-        await self._runner.setup()
-        access = self._access
-        for port in (access.port,) if access.port else (FIRST_PORT_TRIED, 0):
-            try:
-                await web.TCPSite(self._runner, access.host, port).start()
-                break
-            except OSError:
-                if port in (access.port, 0):
-                    raise
-        port = int(self._runner.addresses[0][1])
-        self._access = Access(access.host, port, access.token)
-
     async def _close(self) -> None:
         async with asyncio.timeout(_GOODBYE_S):
             for browser in tuple(self._browsers):
                 await browser.say_goodbye()
-        await self._runner.cleanup()
-
-    async def _guard(self, request: web.Request, handler: _Handler) -> web.StreamResponse:
-        """Refuse what does not come from the page itself; say in each answer what a page may do."""
-        is_socket = request.headers.get("Upgrade", "").lower() == "websocket"
-        why = self._access.refusal(request.headers, socket=is_socket)
-        if why:
-            return web.Response(status=403, text=why)
-        if self._access.token and not self._access.opens(request.match_info.get("token", "")):
-            return web.Response(status=404, text="nothing here")
-        response = await handler(request)
-        if not response.prepared:
-            response.headers.update(_headers(request.host))
-        return response
-
-    async def _file(self, request: web.Request) -> web.StreamResponse:
-        name = request.match_info.get("name", "index.html")
-        if name not in _FILES:
-            return web.Response(status=404, text="nothing here")
-        kind = _MEDIA_TYPES[Path(name).suffix]
-        return web.Response(body=_FILES[name], content_type=kind, charset="utf-8")
+        await self._site.close()
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if len(self._browsers) >= MOST_BROWSERS:

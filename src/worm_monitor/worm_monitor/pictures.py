@@ -86,16 +86,20 @@ def as_jpeg(message: Any) -> tuple[bytes, float]:
         Where it is no picture.
     """
     try:
-        picture = _decoded(message)
-        scale = min(1.0, WIDEST_PX / picture.shape[1])
-        if scale < 1.0:
-            size = (WIDEST_PX, max(1, round(picture.shape[0] * scale)))
-            smaller = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
-        else:
-            smaller = picture
-        _, jpeg = cv2.imencode(".jpg", smaller, [cv2.IMWRITE_JPEG_QUALITY, SHOWN_JPEG_QUALITY])
+        return shown_jpeg(_decoded(message))
     except (cv2.error, KeyError, ValueError) as error:
         raise MalformedMessage(f"no picture: {error}") from None
+
+
+def shown_jpeg(picture: NDArray[np.uint8]) -> tuple[bytes, float]:
+    """Return a picture's levels as JPEG, as `as_jpeg` does."""
+    scale = min(1.0, WIDEST_PX / picture.shape[1])
+    if scale < 1.0:
+        size = (WIDEST_PX, max(1, round(picture.shape[0] * scale)))
+        smaller = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    else:
+        smaller = picture
+    _, jpeg = cv2.imencode(".jpg", smaller, [cv2.IMWRITE_JPEG_QUALITY, SHOWN_JPEG_QUALITY])
     return jpeg.tobytes(), scale
 
 

@@ -5,15 +5,15 @@ from collections.abc import Iterable, Mapping
 from math import degrees, isfinite, nan, pi, remainder
 from typing import Any
 
+from worm_monitor.drawn import drawn_chambers, drawn_pose
+from worm_monitor.event_words import event_in_words
 from worm_monitor.json_numbers import JsonRow, rounded, rounded_all
 from worm_monitor.rates import Rate
 from worm_monitor.thinned_rows import ThinnedRows
 from worm_msgs_py import (
-    Attempt,
     BodyState,
     Correlation,
     Distribution,
-    Episode,
     Event,
     Forecast,
     Geometry,
@@ -21,10 +21,8 @@ from worm_msgs_py import (
     Observables,
     Quantity,
     SourceEvent,
-    Visit,
 )
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
-from worm_msgs_py.contract.episodes import EpisodeKind
 from worm_msgs_py.units import MM_PER_M, NS_PER_S
 
 MOST_POSES = 512
@@ -34,7 +32,6 @@ MOST_MIDLINE_POINTS = 48
 ROW = ("t", "r_h", "r_c", "r_t", "theta_h", "psi_b", "psi_h", "contact")
 """What a row of the time plots holds: seconds, mm, degrees, 1 in contact."""
 _DISTRIBUTIONS = ("r_h", "r_c", "r_t", "psi_b", "d_c", "d_nc")
-_EPISODES = {EpisodeKind.CONTACT: "contact", EpisodeKind.FREE: "excursion"}
 
 
 class Shown:
@@ -95,7 +92,7 @@ class Shown:
             self._first_ns = state.stamp_ns
         self._state, self._last_s, self._latency_s = state, now_s, latency_s
         self._rates["done"].take(state.frame + 1, now_s)
-        self._poses[state.stamp_ns] = _keypoints(state)
+        self._poses[state.stamp_ns] = drawn_pose(state)
         while len(self._poses) > MOST_POSES:
             self._poses.popitem(last=False)
 
@@ -127,7 +124,7 @@ class Shown:
     def take_events(self, events: Iterable[Event]) -> None:
         """Take contacts, excursions, visits and attempts that have closed."""
         for event in events:
-            self._log(event.start_ns, event.end_ns, *_event_in_words(event))
+            self._log(event.start_ns, event.end_ns, *event_in_words(event))
 
     def take_source_events(self, events: Iterable[SourceEvent]) -> None:
         """Take what happened to the pictures."""
@@ -155,21 +152,15 @@ class Shown:
     def take_geometry(self, geometry: Geometry) -> None:
         """Take the rig."""
         self._geometry = geometry
-        chambers = [
-            {
-                "name": chamber.name,
-                "u": rounded(chamber.centre_u_px, 6),
-                "v": rounded(chamber.centre_v_px, 6),
-                "radius_px": rounded(chamber.radius_px, 6),
-                "exit_rad": rounded(chamber.exit_rad),
-                "R_mm": rounded(chamber.radius_m * MM_PER_M),
-                "W_mm": rounded(chamber.exit_width_m * MM_PER_M, 3),
-                "px_per_mm": rounded(chamber.px_per_m / MM_PER_M, 4),
-            }
-            for chamber in geometry.chambers
-        ]
         size = [geometry.picture_width_px, geometry.picture_height_px]
-        self._put("geometry", {"version": geometry.version, "size": size, "chambers": chambers})
+        self._put(
+            "geometry",
+            {
+                "version": geometry.version,
+                "size": size,
+                "chambers": drawn_chambers(geometry.chambers),
+            },
+        )
 
     def take_correlation(self, curve: Correlation, *, of_model: bool) -> None:
         """Take C_θ(t) as measured, or the walk's."""
@@ -263,25 +254,6 @@ class Shown:
         self._changed.add(name)
 
 
-def _keypoints(state: BodyState) -> dict[str, Any]:
-    points = {
-        name: rounded_all((point.u_px, point.v_px))
-        for name, point in (
-            ("head", state.head),
-            ("centroid", state.centroid),
-            ("tail", state.tail),
-        )
-    }
-    return {
-        **points,
-        "frame": state.frame,
-        "status": state.status.label,
-        "sure": state.head_certainty >= SURE_HEAD_CERTAINTY,
-        "width_px": rounded(state.width_px, 3),
-        "length_px": rounded(state.length_px, 4),
-    }
-
-
 def _row(time_s: float, seen: Observables) -> JsonRow:
     radii = rounded_all((seen.r_h_m, seen.r_c_m, seen.r_t_m), MM_PER_M, 4)
     theta = seen.theta_h_rad
@@ -289,24 +261,3 @@ def _row(time_s: float, seen: Observables) -> JsonRow:
     angles = rounded_all((wrapped, seen.psi_b_rad, seen.psi_h_rad), degrees(1.0), 4)
     contact = None if seen.contact is None else float(seen.contact)
     return [rounded(time_s, 8), *radii, *angles, contact]
-
-
-def _event_in_words(event: Event) -> tuple[str, str]:
-    """Return an event's kind, and a line on it."""
-    seconds = (event.end_ns - event.start_ns) / NS_PER_S
-    if isinstance(event, Episode):
-        kind = _EPISODES[event.kind]
-        text = f"{event.distance_m * MM_PER_M:.2f} mm along the wall in {seconds:.1f} s"
-        if isfinite(event.delta_r_m):
-            text += f", up to {event.delta_r_m * MM_PER_M:.2f} mm from it"
-    elif isinstance(event, Visit):
-        kind = "visit"
-        skips = f"{event.skips} skip{'' if event.skips == 1 else 's'}"
-        found = f"exit found after {event.tau_h_s:.1f} s" if isfinite(event.tau_h_s) else "no exit"
-        text = f"{found}, {skips}"
-    else:
-        assert isinstance(event, Attempt)
-        kind = "escape" if event.success else "attempt"
-        text = f"{event.penetration_m * MM_PER_M:.2f} mm into the passage in {seconds:.1f} s"
-    cut = "" if event.complete else " (cut short)"
-    return kind, f"{text}{cut}, {event.chamber.replace('_', ' ')}"
