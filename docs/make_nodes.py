@@ -35,14 +35,17 @@ to itself nobody could call them, and they are off.
 
 **fixed** parameters are read once. What the results rest on is fixed: a number that was measured
 under two contact rules, two radii or two windows is neither's. **live** ones may change while the
-node runs, and each change is told in `summary.json` under `source_events`: node, name, from, to,
-and the frame and stamp from which it holds. A replay is as deterministic as before: nothing changes
-by itself.
+node runs, and each change but a seek is told in `summary.json` under `source_events`: node, name,
+from, to, and the frame and stamp from which it holds. A replay is as deterministic as before:
+nothing changes by itself.
 
-There is no `~/seek`. The tracker links each picture to the one before, and every number rests on
-all frames up to it, so a trial that was sought in would be neither the whole nor a part. A part of
-a recording is chosen by `start_offset` and `playback_duration`, which stand in the results.
-`~/set_rate` of rosbag2 is the parameter `rate`: no standard service carries a number.
+`~/set_rate` and `~/seek` of rosbag2 are the parameters `rate` and `seek_to`: no standard service
+carries a number. The tracker links each picture to the one before, and every number rests on all
+frames up to it, so a seek leaves nothing out: it plays as fast as the graph can take it as far as
+the place that is sought, and pauses there. Like `~/pause` it changes no result and is not told
+there; what has been played cannot be sought (the monitor's page shows it, by its own picture and
+pose). A part of a recording is chosen by `start_offset` and `playback_duration`, which stand in the
+results.
 
 This page is made by `python docs/make_nodes.py`.
 """

@@ -30,7 +30,7 @@ from worm_tracker.parameters import TrackerParameters
 
 REPORT_S = 1.2
 """What the report is given after a signal; without it the results are whole, and say so."""
-_CHANGES_NO_RESULT = ("bag", "rate", "start_paused", "window")
+_CHANGES_NO_RESULT = ("bag", "rate", "seek_to", "start_paused", "window")
 """Parameters of the player; the bag's content stands in the origin."""
 
 

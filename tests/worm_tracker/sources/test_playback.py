@@ -93,6 +93,38 @@ def test_a_step_lets_one_picture_through_and_the_clock_goes_on_from_it():
     assert not playback.play_next()
 
 
+@given(st.sampled_from([0.0, 0.5, 1.0]), st.booleans(), st.integers(1, 19))
+def test_what_is_sought_is_played_to_at_once_and_the_player_pauses_there(rate, paused, second):
+    playback = Playback(rate, paused=paused)
+    playback.seek(second - 0.5)
+    for k in range(second):
+        assert playback.seeks
+        assert playback.wait_s(k * SECOND, 3.0) == 0.0
+        playback.played(k * SECOND, 3.0)
+    playback.played(second * SECOND, 3.0)
+    assert playback.paused
+    assert not playback.seeks
+    assert playback.wait_s((second + 1) * SECOND, 99.0) == math.inf
+    playback.resume(100.0)
+    later_s = playback.wait_s((second + 1) * SECOND, 100.0)
+    assert later_s == pytest.approx(1 / rate if rate else 0.0)
+
+
+@pytest.mark.parametrize("ends", [Playback.pause, Playback.stop_seeking, Playback.resume])
+def test_a_seek_that_is_broken_off_goes_on_from_the_last_picture(ends):
+    playback = Playback(1.0)
+    playback.played(0, 0.0)
+    playback.seek(50.0)
+    playback.played(3 * SECOND, 0.1)
+    ends(playback, 10.0)
+    assert not playback.seeks
+    assert playback.paused == (ends is not Playback.resume)
+    playback.resume(20.0)
+    assert playback.wait_s(14 * SECOND, 20.0) == pytest.approx(
+        1.0 if ends is Playback.resume else 11.0
+    )
+
+
 @pytest.mark.parametrize("rate", [-1.0, math.inf, math.nan])
 def test_a_rate_that_is_none_is_refused(rate):
     with pytest.raises(ValueError, match="rate"):
@@ -202,6 +234,29 @@ def test_pause_and_toggle(stage):
     assert player.call("toggle_paused")
     assert player.call("is_paused")
     assert not player.call("play_next")  # there is nothing left
+
+
+def test_a_seek_leaves_no_picture_out_and_goes_forward_alone(stage):
+    player = stage(rate=1e-3)  # by itself a picture would not come in a test's time
+    times = [(stamp - stamps(6)[0]) / 1e9 for stamp in stamps(6)]
+
+    def seek(second):
+        return player.replay.set_parameters([Parameter("seek_to", value=second)])[0]
+
+    assert seek(times[3]).successful
+    player.run()
+    assert player.numbers == [0, 1, 2, 3]
+    assert player.call("is_paused")
+    back = seek(times[2])
+    assert not back.successful
+    assert "forward" in back.reason
+    assert seek(times[5] + 100.0).successful
+    player.run()
+    assert player.numbers == [0, 1, 2, 3, 4, 5]
+    assert not player.replay.done  # the end waits for whoever looks at it
+    assert player.call("resume")
+    player.run()
+    assert player.replay.done
 
 
 def test_the_window_closes_until_frames_are_taken_and_recorded(stage):

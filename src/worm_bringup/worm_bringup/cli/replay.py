@@ -23,7 +23,7 @@ from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.playback import PLAYBACK, RATE, START_OFFSET
+from worm_tracker.sources.playback import NO_SEEK, PLAYBACK, RATE, START_OFFSET
 from worm_tracker.sources.replay_node import ReplayNode
 
 _PLAYER = "The player (as in ros2 bag play)"
@@ -138,9 +138,11 @@ def replay(
         one = "--processes" if processes else "--loop"
         raise BadInput(f"--resume goes with no {one}, which makes no checkpoints: leave one out")
     page = monitor.page(told.of("monitor"), replay=True)
-    if player["start_paused"] and not visible and page is None:
+    waits = {"--start-paused": player["start_paused"], "seek_to": player["seek_to"] != NO_SEEK}
+    if any(waits.values()) and not visible and page is None:
+        which = next(name for name in waits if waits[name])
         raise BadInput(
-            "--start-paused waits for a service call, which reaches only a visible graph: "
+            f"{which} waits for a service call, which reaches only a visible graph: "
             "add --visible, or --monitor"
         )
     if processes and visible:

@@ -10,7 +10,16 @@ import yaml
 
 OF_THE_GRAPH: dict[str, tuple[str, ...]] = {
     "image_source": (
-        *("bag", "topic", "rate", "loop", "start_offset", "playback_duration", "start_paused"),
+        *(
+            "bag",
+            "topic",
+            "rate",
+            "loop",
+            "start_offset",
+            "playback_duration",
+            "start_paused",
+            "seek_to",
+        ),
         *("salvage", "max_chunk_mib", "max_megapixels", "window"),
         *("camera", "record", "pictures", "reconnect", "reconnect_delay", "stall", "seed"),
         *("record_as", "jpeg_quality", "split_mib", "split_min"),

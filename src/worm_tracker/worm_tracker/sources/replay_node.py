@@ -1,10 +1,12 @@
 """Node `image_source`: plays a bag's pictures, every one, as fast as the graph can take them."""
 
+import math
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import Trigger
 
@@ -18,7 +20,15 @@ from worm_tracker.sources.bags.bag_cursor import BagCursor
 from worm_tracker.sources.bags.bag_reader import BagPicture, BagPictures
 from worm_tracker.sources.bags.scan.decompression import CHUNK_MIB, MAX_CHUNK_MIB
 from worm_tracker.sources.image_decoder import IMAGE_TYPE, MAX_MEGAPIXELS, MEGAPIXELS
-from worm_tracker.sources.playback import PLAYBACK, RATE, START_OFFSET, Playback, in_a_loop
+from worm_tracker.sources.playback import (
+    NO_SEEK,
+    PLAYBACK,
+    RATE,
+    SEEK,
+    START_OFFSET,
+    Playback,
+    in_a_loop,
+)
 from worm_tracker.sources.source_node import SourceNode, run_source_alone
 
 
@@ -31,9 +41,10 @@ class ReplayNode(SourceNode):
     --------
     `~/pause`, `~/resume`, `~/toggle_paused`, `~/is_paused` (its `success` is the answer),
     `~/play_next`. They are named as rosbag2's, and are `std_srvs/Trigger`: `rosbag2_interfaces`
-    has no wheel. What is its `~/set_rate` is here the parameter `rate`, which may change while the
-    recording plays. There is no `~/seek`: results rest on every picture before them, and a part of
-    a recording is chosen by `start_offset` and `playback_duration` instead.
+    has no wheel. What are its `~/set_rate` and `~/seek` are here the parameters `rate` and
+    `seek_to`, which may change while the recording plays. A seek leaves no picture out, as results
+    rest on all before them: it plays as fast as the graph can take it, and pauses there. A part of
+    a recording is chosen by `start_offset` and `playback_duration`.
 
     Raises
     ------
@@ -49,6 +60,16 @@ class ReplayNode(SourceNode):
             0.0,
             "1.0 is real time, 0.0 as fast as the graph can take it.",
             RATE,
+            changes=True,
+        ),
+        Declaration(
+            "seek_to",
+            NO_SEEK,
+            "Play as fast as the graph can take it to this time after the first picture, and pause "
+            "there; no picture is left out. Later than what has been played.",
+            SEEK,
+            or_else=NO_SEEK,
+            means="play at `rate`",
             changes=True,
         ),
         Declaration("loop", False, "Begin again at the end, until a signal; stamps go on growing."),
@@ -90,6 +111,7 @@ class ReplayNode(SourceNode):
             self._playback = Playback(
                 self.read_parameter("rate"), paused=self.read_parameter("start_paused")
             )
+            self._seek(self.read_parameter("seek_to"))
             self.endless = self.read_parameter("loop")
             self.window = self.read_parameter("window")
             self._bag = bag = self._open_bag()
@@ -132,9 +154,9 @@ class ReplayNode(SourceNode):
         return bool(self._publisher.get_subscription_count() > 0)
 
     def wait_s(self) -> float:
-        """Return the seconds until the next picture is due (`SourceNode.wait_s`)."""
+        """Return the seconds until the next picture, or the end, is due (`SourceNode.wait_s`)."""
         if self._cursor.picture is None:
-            return 0.0
+            return math.inf if self.paused else 0.0
         return self._playback.wait_s(self._cursor.picture.stamp_ns, time.monotonic())
 
     def publish_next(self) -> bool:
@@ -152,6 +174,8 @@ class ReplayNode(SourceNode):
         self._publisher.publish(picture.raw)
         self._playback.played(picture.stamp_ns, time.monotonic())
         self._cursor.advance()
+        if self._cursor.picture is None and self._playback.seeks:
+            self._playback.stop_seeking(time.monotonic())
         return True
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -168,14 +192,35 @@ class ReplayNode(SourceNode):
         for event in events:
             self._tell(event)
 
+    def counts(self) -> dict[str, str]:
+        """Return what `/diagnostics` shows: how long there is to play, for one."""
+        return {**super().counts(), "to play (s)": f"{self._bag.playback_s:.3f}"}
+
     def end_now(self) -> None:
         """End a loop where it is."""
         self._cursor.end()
 
     def take_change(self, name: str, before: Any, value: Any) -> None:
-        """Play at another rate from here on."""
+        """Play at another rate from here on, or to another place; a seek changes no result."""
+        if name == "seek_to":
+            self._seek(value)
+            return
         super().take_change(name, before, value)
         self._playback.set_rate(value, time.monotonic())
+
+    def why_no_change(self, parameter: Parameter) -> str:
+        """Return that a picture has been played, where it is sought: results go forward alone."""
+        played_s = self._playback.played_s
+        back = parameter.name == "seek_to" and NO_SEEK < parameter.value <= (played_s or -1.0)
+        if back:
+            return f"{played_s:.3f} s have been played: seek_to goes forward, as results do"
+        return super().why_no_change(parameter)
+
+    def _seek(self, position_s: float) -> None:
+        if position_s != NO_SEEK:
+            self._playback.seek(position_s)
+        else:
+            self._playback.stop_seeking(time.monotonic())
 
     def pause(self) -> None:
         """Stop playing."""
@@ -209,7 +254,8 @@ class ReplayNode(SourceNode):
             self.create_service(Trigger, f"~/{name}", on_request)
 
         def state() -> str:
-            return "paused" if self.paused else "playing"
+            going = "seeking" if self._playback.seeks else "playing"
+            return "paused" if self.paused else going
 
         def pause() -> tuple[bool, str]:
             self.pause()

@@ -204,6 +204,14 @@ class BagPictures:
         """Length of the recording, seconds, other topics included."""
         return max(0, self._bag.end_ns - self._bag.start_ns) / NS_PER_S
 
+    @property
+    def playback_s(self) -> float:
+        """Length of the part that is read, seconds; other topics may end after the pictures."""
+        stop_ns = self._bag.end_ns
+        if self._stop_ns is not None:
+            stop_ns = min(stop_ns, self._stop_ns)
+        return max(0, stop_ns - self._start_ns) / NS_PER_S
+
     def _messages(self, start_ns: int | None, stop_ns: int | None) -> Iterator[FoundMessage]:
         """Yield the topic's messages recorded in a span of time; note what is lost."""
         for found in self._bag.found(self.topic, start_ns):
