@@ -2,6 +2,7 @@
 
 import * as plot from "./plots.js";
 import { Picture } from "./picture.js";
+import { clock, plain, tiles } from "./tiles.js";
 
 const DRAW_EVERY_MS = 250;
 const MOST_EVENTS = 400;
@@ -109,13 +110,6 @@ const DRAWERS = {
   correlation: drawCorrelation, lengths: drawLengths, radius: drawRadius, angle: drawAngle,
 };
 
-const clock = (seconds) => {
-  const tenths = Math.floor(Math.max(0, seconds) * 10 + 1e-6);
-  const two = (number) => String(number).padStart(2, "0");
-  return `${two(Math.floor(tenths / 36000))}:${two(Math.floor(tenths / 600) % 60)}:${two(Math.floor(tenths / 10) % 60)}.${tenths % 10}`;
-};
-const plain = (value, unit = "") => (value === null || value === undefined ? "–" : `${String(value).replace("-", "−")}${unit && ` ${unit}`}`);
-
 const milliseconds = (seconds) => (seconds === undefined ? "–" : seconds < 1 ? `${Math.round(1000 * seconds)} ms` : `${seconds.toFixed(1)} s`);
 
 function drops() {
@@ -143,7 +137,7 @@ function drawHead() {
   const turns = speed === null || speed === undefined ? "–" : Math.abs(speed) < 0.02 ? "still" : `${speed > 0 ? "CCW" : "CW"} ${Math.abs(speed).toFixed(2)} mm/s`;
   const contact = now.contact === true ? "yes" : now.contact === false ? "no" : "–";
   const certain = now.has_pose ? now.certainty?.toFixed(2) ?? "–" : "LOST";
-  tiles([
+  tiles(id("tiles"), [
     ["contact", contact, now.contact ? "on" : ""],
     ["direction", turns, "wide"],
     ["where", plain(now.where?.replace("_", " "))],
@@ -180,23 +174,6 @@ function recording(values) {
     ["recorded", `${values["record (MB)"]} MB`, "wide"],
     ["disk lasts", Number(minutes) < 600 ? `${minutes} min` : `${Math.round(minutes / 60)} h`, Number(minutes) < 10 ? "wrong" : ""],
   ];
-}
-
-function tiles(entries) {
-  const list = id("tiles");
-  if (list.children.length !== entries.length) {
-    list.replaceChildren(...entries.map(() => {
-      const tile = document.createElement("div");
-      tile.append(document.createElement("dt"), document.createElement("dd"));
-      return tile;
-    }));
-  }
-  entries.forEach(([name, value, kind = ""], k) => {
-    const tile = list.children[k];
-    tile.className = kind;
-    tile.children[0].textContent = name;
-    tile.children[1].textContent = value;
-  });
 }
 
 function inView() {
