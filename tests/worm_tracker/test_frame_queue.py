@@ -5,6 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from crawling_worm import FRAME_NS, SMALL_RIG, crawl, film, wavy_path
+from hypothesis import given
+from hypothesis import strategies as st
 
 from worm_msgs_py import Status
 from worm_tracker.frame_queue import FrameQueue
@@ -155,7 +157,7 @@ def test_each_run_of_coils_is_told_by_the_frame_after_it():
     young = midline(kept=SEEN)
     queue = queue_of(young, coil(), coil(), young, coil(), gone, coil(), young, coil())
     runs = queue.coils()
-    assert [[pending.frame for pending in run.frames] for run in runs] == [[2, 1], [6]]
+    assert [[pending.frame for pending in run.frames] for run in runs] == [[1, 2], [6]]
     assert all(run.opened is young for run in runs)
     assert runs[0].detections == [SEEN, SEEN]
 
@@ -163,12 +165,65 @@ def test_each_run_of_coils_is_told_by_the_frame_after_it():
 def test_a_coil_that_is_only_followed_backwards_carries_the_order_on_but_tells_nothing():
     queue = queue_of(coil(), coil(), midline())
     (run,) = queue.coils()
+    coil_before_opening = run.frames[-1]
     followed = midline()
-    queue.resolve(run, [Observation(Status.COILED, followed=followed), midline()])
-    queue.link_open()
+    back = [Observation(Status.COILED, followed=followed), midline()]
+    queue.go_back(lambda opened, detections: iter(back))
     told = queue.finish()
     assert [one.state.status for one in told] == [Status.TRACKED, Status.COILED, Status.TRACKED]
-    assert run.frames[0].observation.followed is followed
+    assert coil_before_opening.observation.followed is followed
+
+
+class Back:
+    """A way back that tells every coil, and counts its steps."""
+
+    def __init__(self):
+        self.steps = 0
+
+    def __call__(self, opened, detections):
+        for _ in detections:
+            self.steps += 1
+            yield midline()
+
+
+KINDS = {"coil": coil, "open": midline, "gone": lambda: Observation(Status.NO_WORM)}
+
+
+def told_in_steps(kinds, most, hold_back_frames):
+    """Return what is told of frames in all, and the steps back with each of them."""
+    queue, back = queue_of(hold_back_frames=hold_back_frames), Back()
+    told, steps = [], []
+    for frame, kind in enumerate(kinds):
+        before = back.steps
+        queue.push(PendingFrame(frame, frame * FRAME_NS, KINDS[kind](), None))
+        if queue.is_due(body_is_learned=True):
+            queue.go_back(back, most)
+        told += queue.release()
+        steps.append(back.steps - before)
+    queue.go_back(back)
+    return [(one.state.frame, one.state.status) for one in told + queue.finish()], steps
+
+
+@given(kinds=st.lists(st.sampled_from(sorted(KINDS)), max_size=40), most=st.integers(1, 5))
+def test_a_way_back_that_is_spread_over_frames_tells_the_same(kinds, most):
+    at_once, _ = told_in_steps(kinds, None, 100)
+    spread, steps = told_in_steps(kinds, most, 100)
+    assert spread == at_once
+    assert [frame for frame, _ in spread] == list(range(len(kinds)))
+    until_lost = kinds.index("gone") if "gone" in kinds else len(kinds)
+    assert all(taken <= most for taken in steps[:until_lost])
+
+
+def test_a_long_fold_is_gone_back_through_by_a_frame_with_each_new_one():
+    told, steps = told_in_steps(["coil"] * 20 + ["open"] * 30, 1, 100)
+    assert steps == [0] * 20 + [1] * 20 + [0] * 10
+    assert {status for _, status in told} == {Status.TRACKED}
+
+
+def test_where_no_frame_can_wait_the_rest_of_the_way_is_gone_at_once():
+    told, steps = told_in_steps(["coil"] * 20 + ["open"] * 30, 1, 25)
+    assert steps == [0] * 20 + [1] * 5 + [15] + [0] * 24
+    assert {status for _, status in told} == {Status.TRACKED}
 
 
 def test_what_was_told_by_another_body_is_taken_back():
@@ -177,5 +232,5 @@ def test_what_was_told_by_another_body_is_taken_back():
     queue.reopen()
     queue.push(PendingFrame(3, 3 * FRAME_NS, midline(kept=SEEN), None))
     (run,) = queue.coils()
-    assert [pending.frame for pending in run.frames] == [2, 1, 0]
+    assert [pending.frame for pending in run.frames] == [0, 1, 2]
     assert not any(pending.observation.has_midline for pending in run.frames)

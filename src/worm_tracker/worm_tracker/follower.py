@@ -1,6 +1,6 @@
 """Follows one worm from detection to detection: its midline, and what its body is like."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import log
 
@@ -30,13 +30,13 @@ from worm_tracker.midline.explained import ExplainedSettings, dark_places, unexp
 from worm_tracker.midline.refine import RefinedMidline, RefineSettings, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
+from worm_tracker.propagation.backwards import BackwardPropagation
 from worm_tracker.propagation.body_candidates import PropagationSettings
 from worm_tracker.propagation.propagation import (
     coiled,
     darkening_of,
     observation_of,
     propagate,
-    propagate_back,
 )
 from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
 
@@ -147,8 +147,8 @@ class Follower:
 
     def resolve_back(
         self, opened: Observation, detections: Sequence[Detection]
-    ) -> list[Observation]:
-        """Return what a midline tells of the pictures before it, the latest first.
+    ) -> Iterator[Observation]:
+        """Return what a midline tells of the pictures before it, the latest first, one by one.
 
         Parameters
         ----------
@@ -159,10 +159,10 @@ class Follower:
         """
         model, settings = self._track.model, self._settings.propagation
         if model is None:
-            return []
+            return iter(())
         if is_nearer_reversed(opened.widths[:, None], model.widths[:, None]):
             opened = opened.reversed()  # the body was lost since, and found the other way round
-        return list(propagate_back(model, opened, detections, self._contour_body, settings))
+        return BackwardPropagation(model, opened, detections, self._contour_body, settings)
 
     def all_of_worm(self, observation: Observation) -> Floats | None:
         """Return a midline that is that of all of the worm: what is elsewhere is not worm."""

@@ -1,7 +1,7 @@
 """Frames that wait: coils for a frame that tells how they lay, all for the head to be decided."""
 
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -19,6 +19,9 @@ from worm_tracker.head_tail.identity import (
 from worm_tracker.head_tail.link import LinkDecision
 from worm_tracker.observation import Observation
 
+PropagateBack = Callable[[Observation, Sequence[Detection]], Iterator[Observation]]
+"""What a frame that shows the body tells of the pictures before it, the latest first."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Coils:
@@ -27,7 +30,7 @@ class Coils:
     Attributes
     ----------
     frames : list of PendingFrame
-        The latest first.
+        In their order: the latest is the next to be gone back through.
     opened : Observation
         What the frame after them says; it has a midline.
     """
@@ -38,8 +41,38 @@ class Coils:
     @property
     def detections(self) -> list[Detection]:
         """What was kept of their pictures, the latest first."""
-        kept = (pending.observation.unresolved for pending in self.frames)
+        kept = (pending.observation.unresolved for pending in reversed(self.frames))
         return [detection for detection in kept if detection is not None]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _WayBack:
+    """A way back through the coils that waited when a frame showed the body.
+
+    Attributes
+    ----------
+    opened : int
+        Number of that frame; once the way is over, all up to it can be linked.
+    runs : deque of Coils
+        Those that are left to go through.
+    told : deque of iterator of Observation
+        What is told of each.
+    """
+
+    opened: int
+    runs: deque[Coils]
+    told: deque[Iterator[Observation]]
+
+    def step(self) -> bool:
+        """Go back by one frame; False where the way is over."""
+        while self.runs:
+            observation = next(self.told[0], None) if self.runs[0].frames else None
+            if observation is not None:
+                _tell(self.runs[0].frames.pop(), observation)
+                return True
+            self.runs.popleft()
+            self.told.popleft()
+        return False
 
 
 class FrameQueue:
@@ -67,6 +100,7 @@ class FrameQueue:
         self._px_per_mm = px_per_mm
         self._waiting: deque[PendingFrame] = deque()
         self._linked: deque[PendingFrame] = deque()
+        self._way_back: _WayBack | None = None
         self._body_is_new = False
         self._head_first: bool | None = None
         self._home = ""
@@ -99,7 +133,7 @@ class FrameQueue:
         for pending in self._waiting:
             if pending.is_open:
                 if run:
-                    found.append(Coils(run[::-1], pending.observation))
+                    found.append(Coils(run, pending.observation))
                 run = []
             elif pending.observation.unresolved is not None:
                 run.append(pending)
@@ -107,23 +141,38 @@ class FrameQueue:
                 run = []  # nothing tells where the body was meanwhile
         return found
 
-    @staticmethod
-    def resolve(coils: Coils, observations: Iterable[Observation]) -> None:
-        """Take what the frame that opens them tells of coils, the latest first.
+    def go_back(self, propagate_back: PropagateBack, most: int | None = None) -> None:
+        """Go back through the coils that wait, from the frames that show how they lay.
 
-        Where a coil was followed into, with an end hidden, the surer of both midlines is kept.
-        Where neither tells a midline, which end is which is carried on as the later frame has it:
-        a worm that opens shows how it lay.
+        What lies behind the last of these frames is linked at the end. A long fold takes seconds
+        to go back through: live, that is spread over the frames after it.
+
+        Parameters
+        ----------
+        propagate_back : callable
+        most : int or None
+            Most frames to go back by now; None: all, and those that no frame can wait for.
         """
-        for pending, observation in zip(coils.frames, observations, strict=False):
-            told = pending.observation
-            if observation.has_midline and max(observation.end_sd_px) < _end_sd(told):
-                pending.observation = observation
-            elif not told.has_midline and observation.followed is not None:
-                pending.observation = replace(told, followed=observation.followed)
+        if self._way_back is None:
+            opened = next((told for told in reversed(self._waiting) if told.is_open), None)
+            if opened is None:
+                return
+            runs = deque(self.coils())
+            told = deque(propagate_back(run.opened, run.detections) for run in runs)
+            self._way_back = _WayBack(opened.frame, runs, told)
+        if most is None or len(self) > self._hold_back_frames:
+            self._end_way_back()
+            return
+        steps = 0
+        while self._way_back.step():
+            steps += 1
+            if steps >= most:
+                return
+        self._end_way_back()
 
     def reopen(self) -> None:
         """Take back what was told of the frames that wait: their body was not the worm's."""
+        self._way_back = None
         while self._linked and self._linked[-1].observation.seen is not None:
             self._waiting.appendleft(self._linked.pop())
         for pending in self._waiting:
@@ -136,6 +185,8 @@ class FrameQueue:
 
     def push(self, pending: PendingFrame) -> None:
         """Take the next frame."""
+        if pending.observation.seen is None and not pending.is_open:
+            self._end_way_back()  # nothing that waits will be told by a later frame
         if pending.observation.has_midline:
             self._body_is_new = pending.observation.kept is not None
         self._waiting.append(pending)
@@ -147,6 +198,7 @@ class FrameQueue:
 
     def link_open(self) -> None:
         """Link what waits up to the last frame that shows the body."""
+        self._end_way_back()
         behind = 0
         while behind < len(self._waiting) and not self._waiting[-1 - behind].is_open:
             behind += 1
@@ -154,11 +206,14 @@ class FrameQueue:
 
     def link_all(self) -> None:
         """Link what waits as it is now."""
+        self._end_way_back()
         self._link_oldest(len(self._waiting))
 
     def release(self) -> list[TrackedFrame]:
         """Return the frames that need not wait any longer."""
         over = len(self) - self._hold_back_frames
+        if over > 0:
+            self._end_way_back()
         self._link_oldest(min(len(self._waiting), over - len(self._linked)))
         if self._head_tail.corrected or (self._head_tail.certain and not self._body_is_new):
             return self._give(len(self._linked))
@@ -196,6 +251,16 @@ class FrameQueue:
         self.exchanges.append(exchange)
         self._head_first = None
         return exchange
+
+    def _end_way_back(self) -> None:
+        """Go the rest of a way back that was begun, and link what it tells."""
+        way, self._way_back = self._way_back, None
+        if way is None:
+            return
+        while way.step():
+            pass
+        while self._waiting and self._waiting[0].frame <= way.opened:
+            self._link_oldest(1)
 
     def _link_oldest(self, count: int) -> None:
         for _ in range(count):
@@ -253,6 +318,20 @@ class FrameQueue:
         self._home = tracked.state.frame_id
         self.statuses[pending.observation.status] += 1
         return tracked
+
+
+def _tell(pending: PendingFrame, observation: Observation) -> None:
+    """Take what the frame that opens a coil tells of it.
+
+    Where a coil was followed into, with an end hidden, the surer of both midlines is kept. Where
+    neither tells a midline, which end is which is carried on as the later frame has it: a worm that
+    opens shows how it lay.
+    """
+    told = pending.observation
+    if observation.has_midline and max(observation.end_sd_px) < _end_sd(told):
+        pending.observation = observation
+    elif not told.has_midline and observation.followed is not None:
+        pending.observation = replace(told, followed=observation.followed)
 
 
 def _end_sd(observation: Observation) -> float:

@@ -32,6 +32,9 @@ class TrackerSettings:
     detector: DetectorSettings = field(default_factory=DetectorSettings)
     follower: FollowerSettings = field(default_factory=FollowerSettings)
     head_tail: HeadTailSettings = field(default_factory=HeadTailSettings)
+    frames_back_per_frame: int = 1
+    """Once a worm opens, its fold is gone back through by so many frames with every new one: what
+    that takes fits beside a new frame of 30 a second, and a live trial skips none for it."""
     least_picture_side_px: int = 16
     """A smaller picture holds no worm."""
     check_stride_px: int = 32
@@ -161,7 +164,7 @@ class Tracker:
         self._queue.push(PendingFrame(frame, stamp_ns, observation, self.geometry))
         model = self._track.model
         if self._queue.is_due(model is not None and model.is_learned):
-            self._resolve_coils()
+            self._go_back(self._settings.frames_back_per_frame)
         return self._queue.release()
 
     def swap_head(self) -> Exchange | None:
@@ -185,16 +188,13 @@ class Tracker:
         """
         if self._stages is None and self._not_found:
             raise self._not_found[-1]
-        self._resolve_coils()
+        self._go_back()
         return self._queue.finish()
 
-    def _resolve_coils(self) -> None:
-        """Go back through the coils that wait, from the frames that show how they lay."""
+    def _go_back(self, most: int | None = None) -> None:
+        """Go back through the coils that wait, by so many frames at most; None: all."""
         if self._stages is not None:
-            for coils in self._queue.coils():
-                told = self._stages.follower.resolve_back(coils.opened, coils.detections)
-                self._queue.resolve(coils, told)
-        self._queue.link_open()
+            self._queue.go_back(self._stages.follower.resolve_back, most)
 
     def _observe(self, picture: Picture, stamp_ns: int) -> Observation:
         """Return what the picture says, calibrating first."""
@@ -232,7 +232,7 @@ class Tracker:
         self.changes.append(change)
         stages.detector.transform(picture, stages.rig.assumed, change.motion)
         if change.motion is not None:
-            self._resolve_coils()
+            self._go_back()
             self._queue.link_all()  # what waits lies where the rig was
             self._track.transform(change.motion)
 

@@ -1,12 +1,9 @@
-"""Propagates a midline where the contour gives none: forwards, and backwards out of a coil.
+"""Propagates a midline to the next picture where the contour gives none.
 
-A body is slid along itself into the next picture; where that does not explain the object, a
-deformable body is fitted. Where a body cannot be followed into a coil, or the film begins with one,
-the midline is propagated backwards in time from the first frame that has one again: a worm that
-opens tells how it lay.
+A body is slid along itself into the picture; where that does not explain the object, a deformable
+body is fitted.
 """
 
-from collections.abc import Callable, Iterator, Sequence
 from math import ceil
 
 import cv2
@@ -18,7 +15,6 @@ from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.explained import ExplainedSettings, dark_places
-from worm_tracker.midline.path import path_of
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.observation import Observation
@@ -147,81 +143,3 @@ def _end_sd_px(
         body.path.curve, settings.near_end_widths * model.width, body.path.step
     )
     return max(first, off * on_first), max(last, off * on_last)
-
-
-def propagate_back(
-    model: BodyModel,
-    opened: Observation,
-    detections: Sequence[Detection],
-    contour_body: Callable[[Detection], RefinedMidline | None],
-    settings: PropagationSettings,
-) -> Iterator[Observation]:
-    """Propagate a midline back through the pictures before it.
-
-    Parameters
-    ----------
-    model : BodyModel
-        The worm.
-    opened : Observation
-        The frame that has a midline, in the order of the body model's widths.
-    detections : sequence of Detection
-        The object in the pictures before, the latest first.
-    contour_body : callable
-        Gives the midline of a simple body by its contour, which may be turned round, else None: a
-        picture may have been taken for a coil because the body was not known.
-    settings : PropagationSettings
-
-    Yields
-    ------
-    Observation
-        For each of these pictures, until the body no longer explains the object; a coil that is
-        followed where it does not explain all of it.
-    """
-    path = path_of(opened.points, None, model.width)
-    last = PropagatedBody(path, opened.confidence, opened.confidence)
-    before: Floats | None = None
-    fits = 0
-    for detection in detections:
-        model = _as_dark_as(detection, model, settings.explained)
-        least = last.expected_agreement - settings.most_agreement_lost_backwards
-        found = _slid_only(detection, model, last, settings)
-        if found is None or found.over_limits > 1:
-            found = _open_again(contour_body(detection), model, last) or found
-        poor = found is None or found.agreement < least
-        if poor and fits < settings.most_fits_backwards:
-            fits += 1
-            found = propagate(detection, model, last, before, 1, None, settings)
-        if found is None or found.over_limits > settings.lost_over_limits:
-            return
-        observation = observation_of(found, model, found.agreement, settings)
-        sure = found.agreement >= settings.least_agreement_backwards and found.over_limits <= 1
-        yield observation if sure else coiled(detection, observation)
-        before, last = last.points, found
-
-
-def _as_dark_as(detection: Detection, model: BodyModel, settings: ExplainedSettings) -> BodyModel:
-    """Return a worm whose overlaps are as dark as an object's, where that has some."""
-    darkening = darkening_of(detection, model, settings.least_dark_widths2, settings)
-    return model if darkening is None else model.with_darkening(darkening)
-
-
-def _open_again(
-    found: RefinedMidline | None, model: BodyModel, last: PropagatedBody
-) -> PropagatedBody | None:
-    """Return a body found by its contour as one that is propagated; None where it is another."""
-    if found is None or model.leaps(found.points, last.points, 1):
-        found = None if found is None else found.reversed()
-    if found is None or model.leaps(found.points, last.points, 1):
-        return None
-    path = path_of(found.points, None, model.width)
-    agreement = found.edges_found
-    return PropagatedBody(path, agreement, agreement, complex(found.u, found.v))
-
-
-def _slid_only(
-    detection: Detection, model: BodyModel, last: PropagatedBody, settings: PropagationSettings
-) -> PropagatedBody | None:
-    """Slide the worm's body along itself, and fit none anew; None where that leads nowhere."""
-    scene = CandidateSearch.of(detection, model, last, 1, settings)
-    slid = scene.followed()
-    return None if slid is None or scene.leaps(slid) else scene.in_picture(slid)

@@ -1,0 +1,116 @@
+"""Propagates a midline back through the pictures before it, out of a coil.
+
+Where a body cannot be followed into a coil, or the film begins with one, the midline is propagated
+backwards in time from the first frame that has one again: a worm that opens tells how it lay.
+"""
+
+from collections.abc import Callable, Sequence
+
+from worm_msgs_py.arrays import Floats
+from worm_tracker.detection.detection import Detection
+from worm_tracker.midline.body_model import BodyModel
+from worm_tracker.midline.explained import ExplainedSettings
+from worm_tracker.midline.path import path_of
+from worm_tracker.midline.refine import RefinedMidline
+from worm_tracker.observation import Observation
+from worm_tracker.propagation.body_candidates import CandidateSearch, PropagationSettings
+from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
+from worm_tracker.worm_track import PropagatedBody
+
+
+class BackwardPropagation:
+    """What a midline tells of the pictures before it: an iterator, a picture a step.
+
+    It ends where the body no longer explains the object. A step takes as long as a picture of a
+    fold does, so that a caller may spread them.
+
+    Parameters
+    ----------
+    model : BodyModel
+        The worm.
+    opened : Observation
+        The frame that has a midline, in the order of the body model's widths.
+    detections : sequence of Detection
+        The object in the pictures before, the latest first.
+    contour_body : callable
+        Gives the midline of a simple body by its contour, which may be turned round, else None: a
+        picture may have been taken for a coil because the body was not known.
+    settings : PropagationSettings
+    """
+
+    def __init__(
+        self,
+        model: BodyModel,
+        opened: Observation,
+        detections: Sequence[Detection],
+        contour_body: Callable[[Detection], RefinedMidline | None],
+        settings: PropagationSettings,
+    ) -> None:
+        path = path_of(opened.points, None, model.width)
+        self._model, self._settings, self._contour_body = model, settings, contour_body
+        self._last = PropagatedBody(path, opened.confidence, opened.confidence)
+        self._before: Floats | None = None
+        self._fits = 0
+        self._left = list(reversed(detections))
+
+    def __iter__(self) -> "BackwardPropagation":
+        return self
+
+    def __next__(self) -> Observation:
+        """Return what the next picture back shows.
+
+        Where the body is followed but does not explain all of the object, that is a coil.
+        """
+        if not self._left:
+            raise StopIteration
+        detection, settings = self._left.pop(), self._settings
+        self._model = model = _as_dark_as(detection, self._model, settings.explained)
+        found = self._find(detection)
+        if found is None or found.over_limits > settings.lost_over_limits:
+            self._left = []
+            raise StopIteration
+        observation = observation_of(found, model, found.agreement, settings)
+        sure = found.agreement >= settings.least_agreement_backwards and found.over_limits <= 1
+        self._before, self._last = self._last.points, found
+        return observation if sure else coiled(detection, observation)
+
+    def _find(self, detection: Detection) -> PropagatedBody | None:
+        """Find the body in a picture, from where it was in the one after it."""
+        model, last, settings = self._model, self._last, self._settings
+        least = last.expected_agreement - settings.most_agreement_lost_backwards
+        found = _slid_only(detection, model, last, settings)
+        if found is None or found.over_limits > 1:
+            found = _open_again(self._contour_body(detection), model, last) or found
+        poor = found is None or found.agreement < least
+        if poor and self._fits < settings.most_fits_backwards:
+            self._fits += 1
+            found = propagate(detection, model, last, self._before, 1, None, settings)
+        return found
+
+
+def _as_dark_as(detection: Detection, model: BodyModel, settings: ExplainedSettings) -> BodyModel:
+    """Return a worm whose overlaps are as dark as an object's, where that has some."""
+    darkening = darkening_of(detection, model, settings.least_dark_widths2, settings)
+    return model if darkening is None else model.with_darkening(darkening)
+
+
+def _open_again(
+    found: RefinedMidline | None, model: BodyModel, last: PropagatedBody
+) -> PropagatedBody | None:
+    """Return a body found by its contour as one that is propagated; None where it is another."""
+    if found is None or model.leaps(found.points, last.points, 1):
+        found = None if found is None else found.reversed()
+    if found is None or model.leaps(found.points, last.points, 1):
+        return None
+    path = path_of(found.points, None, model.width)
+    agreement = found.edges_found
+    return PropagatedBody(path, agreement, agreement, complex(found.u, found.v))
+
+
+def _slid_only(
+    detection: Detection, model: BodyModel, last: PropagatedBody, settings: PropagationSettings
+) -> PropagatedBody | None:
+    """Slide the worm's body along itself, and fit none anew; None where that leads nowhere."""
+    scene = CandidateSearch.of(detection, model, last, 1, settings)
+    slid = scene.followed()
+    return None if slid is None or scene.leaps(slid) else scene.in_picture(slid)
