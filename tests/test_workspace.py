@@ -70,30 +70,54 @@ def test_launch_files_describe_the_graph(name):
     assert scope["generate_launch_description"]().entities
 
 
+@pytest.fixture
+def started(tmp_path):
+    """Start a node alone, by its module."""
+    processes = []
+
+    def start(module):
+        environment = {**os.environ, "ROS_LOG_DIR": str(tmp_path)}
+        command = [sys.executable, "-m", module]
+        process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+        processes.append(process)
+        return process
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
 @pytest.mark.parametrize(
     "module",
     [
-        "worm_tracker.tracker_node",
         "worm_tracker.sources.replay_node",
         "worm_tracker.sources.camera_node",
-        "worm_analysis.analysis_node",
-        "worm_model.model_node",
         "worm_bringup.recorder.recorder_node",
     ],
 )
-def test_a_node_started_alone_without_what_it_needs_says_so_or_waits(module, tmp_path):
-    environment = {**os.environ, "ROS_LOG_DIR": str(tmp_path)}
-    process = subprocess.Popen(
-        [sys.executable, "-m", module], env=environment, stderr=subprocess.PIPE, text=True
-    )
-    try:
-        status = process.wait(timeout=3.0)
-    except subprocess.TimeoutExpired:
-        status = None
-        process.send_signal(signal.SIGTERM)
-    _, said = process.communicate(timeout=20.0)
-    if status is None:
-        assert process.returncode == 0, said
-    else:
-        assert status == 2, said
-        assert len(said.splitlines()) == 1, said
+def test_a_node_started_alone_without_what_it_needs_says_so(module, started):
+    process = started(module)
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 2, said
+    assert len(said.splitlines()) == 1, said
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["worm_tracker.tracker_node", "worm_analysis.analysis_node", "worm_model.model_node"],
+)
+def test_a_node_started_alone_that_needs_nothing_waits_until_it_is_ended(module, started):
+    process = started(module)
+    while not catches_sigterm(process):
+        assert process.poll() is None
+    process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 0, said
+
+
+def catches_sigterm(process):
+    """Tell whether a process has set up what it does on SIGTERM."""
+    status = Path(f"/proc/{process.pid}/status").read_text()
+    caught = next(line for line in status.splitlines() if line.startswith("SigCgt"))
+    return int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1
