@@ -18,14 +18,24 @@ class Recorder(WormNode):
         return self.refuses
 
 
+class Source(WormNode):
+    PARAMETERS = (
+        Declaration("rate", 0.0, "Anything.", changes=True),
+        Declaration("seek_to", -1.0, "Anything.", changes=True),
+    )
+
+    def why_no_change(self, parameter):
+        return "it goes forward" if parameter.value < self.read_parameter(parameter.name) else ""
+
+
 class Graph:
     """The nodes that answer, and an operator before them."""
 
     def __init__(self, context, *, replay):
         make = {"context": context}
         self.recorder = Recorder("recorder", **make)
-        self.tracker, self.source = Node("tracker", **make), Node("image_source", **make)
-        self.paused, self.swaps, self.remarks = False, 0, []
+        self.tracker, self.source = Node("tracker", **make), Source("image_source", **make)
+        self.paused, self.going, self.swaps, self.remarks = False, "playing", 0, []
         self.tracker.create_service(Trigger, "~/swap_head", self._swap)
         for name, paused in (("pause", True), ("resume", False), ("is_paused", None)):
             self.source.create_service(Trigger, f"~/{name}", self._player(paused))
@@ -45,7 +55,7 @@ class Graph:
         def answer(_, response):
             self.paused = self.paused if pauses is None else pauses
             response.success = self.paused if pauses is None else True
-            response.message = "paused" if self.paused else "playing"
+            response.message = "paused" if self.paused else self.going
             return response
 
         return answer
@@ -122,10 +132,26 @@ def test_a_player_is_paused_and_the_page_knows(replayed):
     replayed.until(lambda: not replayed.commands.offers()["paused"])
 
 
+def test_a_seek_is_asked_for_and_followed_until_the_player_pauses(replayed):
+    replayed.going = "seeking"
+    replayed.ask("seek", 30)
+    replayed.until(lambda: replayed.commands.offers()["seeking"])
+    assert replayed.source.read_parameter("seek_to") == 30.0
+    replayed.paused = True  # it is there
+    replayed.until(lambda: replayed.commands.offers()["paused"])
+    assert not replayed.commands.offers()["seeking"]
+    assert replayed.remarks == []
+    replayed.ask("seek", 20)
+    replayed.until(lambda: replayed.remarks)
+    assert replayed.remarks == ["refused: it goes forward"]
+    assert not replayed.commands.offers()["seeking"]
+
+
 @pytest.mark.parametrize(
     "asked",
     [{}, {"do": "rm"}, {"do": ["pause"]}, {"do": "rate", "value": "x"}, {"do": "rate", "value": -1},
-     {"do": "rate", "value": 1e9}, {"do": "note"}, {"do": "note", "value": " "},
+     {"do": "rate", "value": 1e9}, {"do": "seek", "value": "x"}, {"do": "seek", "value": -1},
+     {"do": "note"}, {"do": "note", "value": " "},
      {"do": "note", "value": 3}],
     ids=str,
 )  # fmt: skip

@@ -102,6 +102,29 @@ class Tab:
             frame,
         )
 
+    def until_frame_is(self, frame):
+        self.until(
+            "frame => Number(document.getElementById('stamp').innerText.split('frame')[1])"
+            " === frame",
+            frame,
+        )
+
+    @property
+    def clock_frame(self):
+        """The frame that the trial is at, of ten a second."""
+        return round(10 * float(self.text("clock").rpartition(":")[2]))
+
+    def move_timeline(self, second):
+        """Drag the timeline's knob, and let it go."""
+        self.page.evaluate(
+            """second => {
+                const line = document.getElementById("timeline");
+                line.value = String(second);
+                for (const what of ["input", "change"]) line.dispatchEvent(new Event(what));
+            }""",
+            second,
+        )
+
     @property
     def frame(self):
         """The frame whose picture is shown."""
@@ -137,6 +160,7 @@ def test_a_trial_is_watched_and_led_from_the_page(chromium, unwatched, tmp_path)
         tab.until_frame_is_after(before)
         tab.page.click("#events li")
         tab.until("() => document.getElementById('cursor').innerText.includes('mm')")
+        it_is_sought_in(tab)
 
         not_the_page_is_refused(chromium, address)
         for size in WINDOWS:
@@ -153,6 +177,27 @@ def test_a_trial_is_watched_and_led_from_the_page(chromium, unwatched, tmp_path)
         )
         tab.page.close()
     head_and_tail_are_exchanged(tmp_path / "out", unwatched, exchanged)
+
+
+def it_is_sought_in(tab):
+    """Back, to a frame that was tracked; forward, through every frame, to one that was not."""
+    tab.page.click("#release")  # of the event that was gone to
+    now = tab.clock_frame
+    tab.until_frame_is(now)
+    tab.move_timeline(1.2)
+    tab.until_frame_is(12)
+    tab.page.click("#back")
+    tab.until_frame_is(now)
+    tab.page.click("#radii", position={"x": 120, "y": 60})
+    tab.until("() => !document.getElementById('back').hidden")
+    assert tab.frame < now
+    tab.page.click("#release")
+    tab.until_frame_is(now)
+    sought = now + 15
+    tab.move_timeline(sought / 10)
+    tab.until_frame_is(sought)
+    assert tab.clock_frame == sought
+    assert tab.text("pause") == "Play"
 
 
 def not_the_page_is_refused(chromium, address):
@@ -200,8 +245,12 @@ def somebody_elses_page():
 def fits(tab):
     """Nothing of the page lies beyond the window's sides, and none of its words over others."""
     tab.until("() => document.getElementById('stamp').innerText.includes('frame')")
+    tab.until("() => document.getElementById('kind').innerText === 'REPLAY'")
     wide = tab.page.evaluate("() => document.scrollingElement.scrollWidth")
     assert wide <= tab.page.viewport_size["width"]
+    cut = """() => [...document.querySelectorAll("#tiles dt, #tiles dd")]
+        .filter((word) => word.scrollWidth > word.clientWidth).map((word) => word.innerText)"""
+    assert tab.page.evaluate(cut) == []
     boxes = [box.bounding_box() for box in tab.page.locator("#tiles div").all()]
     for one, other in pairwise(boxes):
         same_line = abs(one["y"] - other["y"]) < 1

@@ -210,3 +210,26 @@ def test_there_are_only_so_many_browsers(server):
         assert refused.value.status == 503
 
     with_sockets(server, MOST_BROWSERS, talk)
+
+
+def test_past_frames_are_asked_for_by_their_time_and_a_refusal_says_why():
+    def past(time_s):
+        if time_s > 9.0:
+            raise BadInput("no frame has been tracked yet")
+        return f"frame of {time_s}".encode()
+
+    server = PageServer("127.0.0.1", free_port(), past=past)
+    try:
+        assert get(server.address + "past?t=2.5")[::2] == (200, "frame of 2.5")
+        assert get(server.address + "past?t=10")[::2] == (404, "no frame has been tracked yet")
+        for nonsense in ("past", "past?t=", "past?t=x"):
+            assert get(server.address + nonsense)[0] == 404
+        assert get(server.address + "past?t=1", Origin="http://evil.example")[0] == 403
+    finally:
+        server.close()
+
+
+def test_a_live_trial_shows_no_past_frames(server):
+    status, _, why = get(server.address + "past?t=1")
+    assert status == 404
+    assert "recording" in why

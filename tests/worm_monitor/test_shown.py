@@ -10,13 +10,16 @@ from worm_monitor.shown import MOST_LOGGED, MOST_POSES, ROW, Shown
 from worm_msgs_py import (
     BodyState,
     Chamber,
+    Comparison,
     Correlation,
     Distribution,
     Episode,
     EpisodeKind,
+    Forecast,
     Geometry,
     Keypoint,
     Midline,
+    ModelQuantity,
     Observables,
     Quantity,
     SourceEvent,
@@ -147,6 +150,28 @@ def test_the_rig_is_told_in_millimetres():
     shown.take_geometry(Geometry(1, 0, 1024, 1024, (chamber,)))
     chamber = told(shown)["geometry"]["chambers"][0]
     assert (chamber["R_mm"], chamber["W_mm"], chamber["px_per_mm"]) == (10.0, 3.0, 40.0)
+
+
+def test_the_walks_numbers_are_told_in_units_for_people():
+    shown = Shown()
+    items = (
+        ModelQuantity("d_c", "m", modelled=2e-3),
+        ModelQuantity("tau_h", "s", 30.0, 20.0, 40.0, 25.0, 21.0, nan),
+    )
+    shown.take_comparison(Comparison(1, quantities=items))
+    assert told(shown)["walk"] == {
+        "d_c": {"value": 2.0, "low": None, "high": None, "unit": "mm"},
+        "tau_h": {"value": 25.0, "low": 21.0, "high": None, "unit": "s"},
+    }
+
+
+def test_a_forecast_is_told_with_its_chances():
+    shown = Shown()
+    shown.take_forecast(Forecast(3, 1, median_s=12.34, low_s=1.0, high_s=nan, within_10_s=0.456))
+    assert told(shown)["forecast"] == {
+        "median": 12.3, "low": 1.0, "high": None,
+        "within": [[10, 0.46], [30, None], [60, None]],
+    }  # fmt: skip
 
 
 def test_histograms_and_curves_come_without_nan_and_without_empty_ends():

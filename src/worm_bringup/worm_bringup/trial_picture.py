@@ -12,9 +12,7 @@ from worm_analysis.results.picture import row_to_show
 from worm_msgs_py.errors import BadInput, BadPicture, ReportError
 from worm_msgs_py.files.frame_pictures import frame_picture_path, frame_pictures
 from worm_msgs_py.files.whole_files import whole_file
-from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.bags.one_picture import picture_at
-from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
+from worm_tracker.sources.bags.one_picture import open_bag_of, picture_at
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS
 
 
@@ -44,7 +42,7 @@ def keep_picture(results_dir: Path, source: Mapping[str, Any]) -> str:
             return "no frame has a pose"
         offset_s = float(source.get("start_offset") or 0.0)
         grey = picture_at(
-            partial(_open, Path(bag), source),
+            partial(open_bag_of, Path(bag), source),
             int(results.tracks["stamp_ns"][row]),
             offset_s + float(results.t_s[row]),
             float(source.get("max_megapixels", MAX_MEGAPIXELS)),
@@ -73,19 +71,3 @@ def _choose(results_dir: Path) -> str:
         for other in there.keys() - {frame}:
             there[other].unlink(missing_ok=True)
     return "no frame that was kept has a pose" if frame is None else ""
-
-
-def _open(
-    bag: Path, source: Mapping[str, Any], start_s: float, duration_s: float | None
-) -> BagPictures:
-    return BagPictures(
-        bag,
-        (source.get("topic") or None)
-        if source.get("bag")
-        else None,  # a live one's is its driver's
-        start_offset_s=start_s,
-        playback_duration_s=duration_s,
-        salvage=bool(source.get("salvage", False)),
-        max_chunk_mib=float(source.get("max_chunk_mib", MAX_CHUNK_MIB)),
-        max_megapixels=float(source.get("max_megapixels", MAX_MEGAPIXELS)),
-    )

@@ -16,7 +16,8 @@ from std_msgs.msg import UInt64MultiArray
 from worm_monitor.json_numbers import rounded
 from worm_monitor.operator_commands import OperatorCommands
 from worm_monitor.page_server import PageServer
-from worm_monitor.pictures import NextPicture, Waiting, as_jpeg
+from worm_monitor.past_frames import PastFrames
+from worm_monitor.pictures import NextPicture, Waiting, as_jpeg, with_head
 from worm_monitor.shown import Shown
 from worm_msgs_py import convert, topics
 from worm_msgs_py.declarations import Declaration
@@ -70,6 +71,12 @@ class MonitorNode(WormNode):
             shown=lambda token: "(set)" if token else "",
         ),
         Declaration("replay", False, "The trial is a recording, not live."),
+        Declaration(
+            "player",
+            "",
+            "Parameters of the node that plays the recording, as JSON: past frames are shown.",
+        ),
+        Declaration("trial", "", "What the trial is called on the page."),
     )
 
     def __init__(self, **node_arguments: Any) -> None:
@@ -78,16 +85,24 @@ class MonitorNode(WormNode):
         self._next_picture = NextPicture()
         self._replay = bool(self.read_parameter("replay"))
         self._looking: list[Any] = []
+        self._past: PastFrames | None = None
         cv2.setNumThreads(1)
         try:
-            parameter = self.read_parameter
-            self._page = PageServer(parameter("host"), parameter("port"), parameter("token"))
+            self._page = self._open_page()
         except BaseException:
             self.destroy_node()
             raise
         self._commands = OperatorCommands(self, self._shown.take_remark, replay=self._replay)
         self._subscribe()
         self.create_timer(NEWS_EVERY_S, self._tell)
+
+    def _open_page(self) -> PageServer:
+        parameter = self.read_parameter
+        past = None
+        if parameter("player"):
+            self._past = PastFrames(json.loads(parameter("player")))
+            past = self._past.frame_at
+        return PageServer(parameter("host"), parameter("port"), parameter("token"), past)
 
     @property
     def address(self) -> str:
@@ -133,6 +148,9 @@ class MonitorNode(WormNode):
             topics.ANALYSIS_SUMMARY: lambda m: shown.take_quantities(
                 convert.quantities_from_msg(m)
             ),
+            topics.MODEL_COMPARISON: lambda m: shown.take_comparison(
+                convert.comparison_from_msg(m)
+            ),
             topics.SOURCE_EVENTS: lambda m: shown.take_source_events(
                 convert.source_events_from_msg(m)
             ),
@@ -153,6 +171,9 @@ class MonitorNode(WormNode):
     def _on_midline(self, msg: PointCloud2) -> None:
         stamp_ns = convert.stamp_to_ns(msg.header.stamp)
         self._shown.take_midline(stamp_ns, convert.midline_from_msg(msg))
+        pose = self._shown.pose(stamp_ns)
+        if self._past is not None and pose is not None:
+            self._past.remember(self._shown.time_s(stamp_ns), stamp_ns, pose)
         self._show_picture()
 
     def _on_counts(self, msg: UInt64MultiArray) -> None:
@@ -188,9 +209,7 @@ class MonitorNode(WormNode):
             return
         pose = self._shown.pose(waiting.stamp_ns)
         time_s = rounded(self._shown.time_s(waiting.stamp_ns), 8)
-        told = {"t": time_s, "scale": scale, "pose": pose}
-        head = json.dumps(told, allow_nan=False).encode()
-        self._page.show(len(head).to_bytes(4, "little") + head + jpeg)
+        self._page.show(with_head({"t": time_s, "scale": scale, "pose": pose}, jpeg))
 
     def _look(self) -> None:
         """Hear pictures while a browser looks, and only then."""
@@ -221,7 +240,14 @@ class MonitorNode(WormNode):
             return
         self._show_picture()
         offers = {} if ended else self._commands.offers()
-        self._shown.tell_now(time.monotonic(), replay=self._replay, ended=ended, **offers)
+        self._shown.tell_now(
+            time.monotonic(),
+            replay=self._replay,
+            trial=self.read_parameter("trial"),
+            can_look=self._past is not None,
+            ended=ended,
+            **offers,
+        )
         news = json.dumps(self._shown.news(), allow_nan=False)
         everything = None
         if self._page.has_new:

@@ -35,14 +35,14 @@ class OperatorCommands:
     def __init__(self, node: Node, remark: Callable[[str], None], *, replay: bool) -> None:
         self._remark = remark
         self._replay = replay
-        self._paused: bool | None = None
+        self._playing = ""  # "paused", "playing", "seeking"; empty where it is not known
         self._asked = False
         self._triggers = {
             name: node.create_client(Trigger, service) for name, service in _TRIGGERS.items()
         }
-        self._rate: float | None = None
-        self._get_rate = node.create_client(GetParameters, f"{_SOURCE_NODE}/get_parameters")
-        self._set_rate = node.create_client(SetParameters, f"{_SOURCE_NODE}/set_parameters")
+        self._rate: float | str | None = None
+        self._get_source = node.create_client(GetParameters, f"{_SOURCE_NODE}/get_parameters")
+        self._set_source = node.create_client(SetParameters, f"{_SOURCE_NODE}/set_parameters")
         self._get_notes = node.create_client(GetParameters, f"{_RECORDER_NODE}/get_parameters")
         self._set_notes = node.create_client(SetParameters, f"{_RECORDER_NODE}/set_parameters")
 
@@ -52,15 +52,18 @@ class OperatorCommands:
         if plays and not self._asked:
             self._asked = True
             self._call("is_paused")
-            if self._get_rate.service_is_ready():
-                self._get_rate.call_async(GetParameters.Request(names=["rate"])).add_done_callback(
-                    self._take_rate
-                )
+            if self._get_source.service_is_ready():
+                self._get_source.call_async(
+                    GetParameters.Request(names=["rate"])
+                ).add_done_callback(self._take_rate)
+        if self._playing == "seeking":  # it pauses by itself once it is there
+            self._call("is_paused")
         return {
             "can_swap": bool(self._triggers["swap_head"].service_is_ready()),
             "can_pause": plays,
             "can_note": not self._replay and bool(self._set_notes.service_is_ready()),
-            "paused": self._paused,
+            "paused": self._playing == "paused" if self._playing else None,
+            "seeking": self._playing == "seeking",
             "rate": self._rate,
         }
 
@@ -70,7 +73,9 @@ class OperatorCommands:
         if isinstance(what, str) and what in _TRIGGERS:
             self._call(what)
         elif what == "rate" and isinstance(value, int | float) and 0.0 <= value <= 100.0:
-            self._set(self._set_rate, "rate", float(value), f"rate {value:g}")
+            self._set(self._set_source, "rate", float(value), f"rate {value:g}")
+        elif what == "seek" and isinstance(value, int | float) and value >= 0.0:
+            self._set(self._set_source, "seek_to", float(value), "")
         elif what == "note" and isinstance(value, str) and value.strip():
             self._note(" ".join(value.split())[:LONGEST_NOTE])
 
@@ -84,10 +89,8 @@ class OperatorCommands:
         )
 
     def _take_answer(self, name: str, answer: Trigger.Response) -> None:
-        if name == "is_paused":
-            self._paused = bool(answer.success)
-        elif answer.message in ("paused", "playing"):
-            self._paused = answer.message == "paused"
+        if answer.message in ("paused", "playing", "seeking"):
+            self._playing = answer.message
         elif not answer.success:
             self._remark(f"{name.replace('_', ' ')}: {answer.message}")
 
@@ -123,8 +126,14 @@ class OperatorCommands:
 
         def done(future: Any) -> None:
             result = future.result().results[0]
-            if result.successful and isinstance(value, float):
+            if not result.successful:
+                self._remark(f"refused: {result.reason}")
+                return
+            if name == "rate":
                 self._rate = value
-            self._remark(said if result.successful else f"refused: {result.reason}")
+            elif name == "seek_to":
+                self._playing = "seeking"
+            if said:
+                self._remark(said)
 
         client.call_async(request).add_done_callback(done)

@@ -6,6 +6,7 @@ import json
 import queue
 import threading
 from collections import deque
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from aiohttp import WSMsgType, web
 
 from worm_monitor.access import Access
 from worm_monitor.site import Site, page_files
-from worm_msgs_py.errors import BadInput
+from worm_msgs_py.errors import BadInput, BadPicture
 
 MOST_BROWSERS = 16
 MOST_UNSENT = 100
@@ -76,6 +77,9 @@ class PageServer:
         0: `FIRST_PORT_TRIED`, or a free one where that is taken.
     token : str
         First part of every path; where other machines reach the page, a new one if empty.
+    past : callable, optional
+        Gives the frame that is next to a time in seconds, as pages take it; it is called in a
+        thread of its own, and raises BadInput or BadPicture where it has none.
 
     Raises
     ------
@@ -88,12 +92,16 @@ class PageServer:
         What browsers ask for, mappings; more than can be done are forgotten.
     """
 
-    def __init__(self, host: str, port: int, token: str = "") -> None:
+    def __init__(
+        self, host: str, port: int, token: str = "", past: Callable[[float], bytes] | None = None
+    ) -> None:
+        self._past = past
         self.commands: queue.Queue[dict[str, Any]] = queue.Queue(_COMMANDS)
         self._browsers: dict[Browser, asyncio.Task[None]] = {}
         self._last_picture: bytes | None = None
+        self._one_past = asyncio.Lock()
         self._loop = asyncio.new_event_loop()
-        routes = [web.get("/socket", self._socket)]
+        routes = [web.get("/socket", self._socket), web.get("/past", self._past_frame)]
         self._site = Site(Access.to(host, port, token), page_files(_PAGE), routes)
         self._thread = threading.Thread(target=self._run, name="page", daemon=True)
         self._thread.start()
@@ -175,6 +183,19 @@ class PageServer:
             sender.cancel()
             del self._browsers[browser]
         return socket
+
+    async def _past_frame(self, request: web.Request) -> web.StreamResponse:
+        """Answer with the frame next to `t`, seconds after the first one."""
+        try:
+            time_s = float(request.query.get("t", ""))
+            if self._past is None:
+                return web.Response(status=404, text="only a recording shows past frames")
+            # one at a time: whoever asks quickly waits for himself
+            async with self._one_past:
+                frame = await asyncio.to_thread(self._past, time_s)
+        except (ValueError, BadInput, BadPicture) as error:
+            return web.Response(status=404, text=str(error))
+        return web.Response(body=frame, content_type="application/octet-stream")
 
     def _hear(self, browser: Browser, text: str) -> None:
         try:

@@ -1,6 +1,7 @@
 """Which picture is shown next, with the pose that was found in it, and how it is made small."""
 
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -89,6 +90,18 @@ def as_jpeg(message: Any) -> tuple[bytes, float]:
         return shown_jpeg(_decoded(message))
     except (cv2.error, KeyError, ValueError) as error:
         raise MalformedMessage(f"no picture: {error}") from None
+
+
+def with_head(head: Mapping[str, Any], jpeg: bytes) -> bytes:
+    """Return a picture as pages take it: four bytes with the length of a head in JSON, it, a JPEG.
+
+    Parameters
+    ----------
+    head : mapping
+        Time of the picture ``t`` (s), its ``scale``, and its ``pose`` or None.
+    """
+    text = json.dumps(head, allow_nan=False).encode()
+    return len(text).to_bytes(4, "little") + text + jpeg
 
 
 def shown_jpeg(picture: NDArray[np.uint8]) -> tuple[bytes, float]:

@@ -12,6 +12,7 @@ from worm_monitor.rates import Rate
 from worm_monitor.thinned_rows import ThinnedRows
 from worm_msgs_py import (
     BodyState,
+    Comparison,
     Correlation,
     Distribution,
     Event,
@@ -31,7 +32,7 @@ MOST_LOGGED = 400
 MOST_MIDLINE_POINTS = 48
 ROW = ("t", "r_h", "r_c", "r_t", "theta_h", "psi_b", "psi_h", "contact")
 """What a row of the time plots holds: seconds, mm, degrees, 1 in contact."""
-_DISTRIBUTIONS = ("r_h", "r_c", "r_t", "psi_b", "d_c", "d_nc")
+_DISTRIBUTIONS = ("r_h", "r_c", "r_t", "psi_b", "d_c", "d_nc", "delta_r_h")
 
 
 class Shown:
@@ -198,13 +199,30 @@ class Shown:
         }
         self._put("quantities", told)
 
+    def take_comparison(self, comparison: Comparison) -> None:
+        """Take what the walk says of the trial's numbers, and the lengths that it is run with."""
+        told: dict[str, Any] = {}
+        for item in comparison.quantities:
+            unit, scale = ("mm", MM_PER_M) if item.unit == "m" else (item.unit, 1.0)
+            numbers = (item.modelled, item.modelled_low, item.modelled_high)
+            value, low, high = (rounded(number * scale, 4) for number in numbers)
+            told[item.name] = {"value": value, "low": low, "high": high, "unit": unit}
+        self._put("walk", told)
+
     def take_forecast(self, forecast: Forecast) -> None:
         """Take when the head will find the exit."""
         told = {
             "median": rounded(forecast.median_s, 3),
             "low": rounded(forecast.low_s, 3),
             "high": rounded(forecast.high_s, 3),
-            "within_30": rounded(forecast.within_30_s, 2),
+            "within": [
+                [seconds, rounded(share, 2)]
+                for seconds, share in (
+                    (10, forecast.within_10_s),
+                    (30, forecast.within_30_s),
+                    (60, forecast.within_60_s),
+                )
+            ],
         }
         self._put("forecast", told)
 

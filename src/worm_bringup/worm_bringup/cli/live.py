@@ -67,7 +67,7 @@ def live(
         namespace=graph.namespace,
         viewers=view.viewers(told, visible=not private),
     )
-    page = monitor.page(told.of("monitor"), replay=False)
+    page = monitor.page(told.of("monitor"), trial.metadata.get("trial") or camera.shown)
     how: dict[str, Any] = {"reach": reach, "patience_s": graph.watchdog_s, "monitor": page}
     try:
         with progress_bar("live") as progress:

@@ -1,5 +1,6 @@
 """Options of `worm live` and `worm replay` about the page that shows the trial."""
 
+import json
 import sys
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -44,8 +45,19 @@ class MonitorOptions:
         ),
     ] = ""
 
-    def page(self, rig: Mapping[str, Any], *, replay: bool) -> Monitor | None:
+    def page(
+        self, rig: Mapping[str, Any], trial: str, player: Mapping[str, Any] | None = None
+    ) -> Monitor | None:
         """Return the page that is asked for, if one is.
+
+        Parameters
+        ----------
+        rig : mapping
+            What rig files say of it.
+        trial : str
+            What the trial is called.
+        player : mapping, optional
+            Parameters of the node that plays a recording; none where the trial is live.
 
         Raises
         ------
@@ -56,7 +68,9 @@ class MonitorOptions:
             refuse_without(asdict(self), option, "monitor", "is the page's")
         if not self.monitor:
             return None
-        parameters = {**rig, "replay": replay}
+        parameters = {"trial": trial, **rig, "replay": player is not None}
+        if player is not None and not player["loop"]:  # a loop's stamps are not those of its bag
+            parameters["player"] = json.dumps(player)
         if self.monitor_port is not None:
             parameters["port"] = self.monitor_port
         if self.monitor_host:

@@ -137,7 +137,8 @@ def replay(
     if resume and (processes or player["loop"]):
         one = "--processes" if processes else "--loop"
         raise BadInput(f"--resume goes with no {one}, which makes no checkpoints: leave one out")
-    page = monitor.page(told.of("monitor"), replay=True)
+    metadata = told.of("recorder", declarations(TrialMetadata))
+    page = monitor.page(told.of("monitor"), metadata.get("trial") or bag.name, player)
     waits = {"--start-paused": player["start_paused"], "seek_to": player["seek_to"] != NO_SEEK}
     if any(waits.values()) and not visible and page is None:
         which = next(name for name in waits if waits[name])
@@ -176,7 +177,7 @@ def replay(
         tracker=tracker.parameters(see),
         analysis=analysis.parameters(told.of("analysis"), no_chamber=tracker.no_chamber),
         model=told.of("model"),
-        metadata=told.of("recorder", declarations(TrialMetadata)),
+        metadata=metadata,
         namespace=graph.namespace,
         viewers=view.viewers(told, visible=visible),
         with_pictures=with_pictures,

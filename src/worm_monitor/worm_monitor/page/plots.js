@@ -141,9 +141,9 @@ export function level(place, value, colour, dash = [5, 4]) {
   });
 }
 
-export function upright(place, value, colour) {
+export function upright(place, value, colour, dash = []) {
   within(place, (pen) => {
-    pen.strokeStyle = colour; pen.lineWidth = 1;
+    pen.strokeStyle = colour; pen.lineWidth = 1; pen.setLineDash(dash);
     pen.beginPath(); pen.moveTo(place.px(value), place.top); pen.lineTo(place.px(value), place.bottom); pen.stroke();
   });
 }
@@ -191,17 +191,60 @@ export function density({ edges, counts }, together = 1) {
   return total ? bins : [];
 }
 
-export function steps(place, bins, colour, floor = 0) {
+// Bins as steps; on a logarithmic axis an empty one is a gap.
+export function steps(place, bins, colour, log = false) {
   within(place, (pen) => {
     pen.strokeStyle = colour; pen.lineWidth = 1.5;
     pen.beginPath();
-    bins.forEach(({ low, high, p }, k) => {
-      const y = place.py(Math.max(p, floor));
-      if (k) pen.lineTo(place.px(low), y); else pen.moveTo(place.px(low), y);
+    let drawing = false;
+    for (const { low, high, p } of bins) {
+      if (log && !p) { drawing = false; continue; }
+      const y = place.py(p);
+      if (drawing) pen.lineTo(place.px(low), y); else pen.moveTo(place.px(low), y);
       pen.lineTo(place.px(high), y);
-    });
+      drawing = true;
+    }
     pen.stroke();
   });
+}
+
+// Lanes with names above a logarithmic axis of seconds.
+export function lanes(canvas, x, names) {
+  const [pen, width, height] = ready(canvas);
+  const ink = colours();
+  const left = 66, right = width - 12, bottom = height - BOTTOM;
+  const [low, high] = x.map(Math.log10);
+  const place = {
+    pen, ink, left, right, top: TOP, bottom,
+    px: (value) => left + ((Math.log10(value) - low) / (high - low || 1)) * (right - left),
+    py: (k) => TOP + ((k + 0.62) * (bottom - TOP)) / names.length,
+  };
+  pen.lineWidth = 1; pen.textBaseline = "top"; pen.textAlign = "center";
+  for (const value of decades(x)) {
+    const at = Math.round(place.px(value)) + 0.5;
+    pen.strokeStyle = ink.line;
+    pen.beginPath(); pen.moveTo(at, TOP); pen.lineTo(at, bottom); pen.stroke();
+    pen.fillStyle = ink.soft;
+    pen.fillText(value === x[1] ? `${plain(value)} s` : plain(value), Math.min(at, right - 8), bottom + 4);
+  }
+  pen.textAlign = "right"; pen.textBaseline = "middle"; pen.fillStyle = ink.ink;
+  names.forEach((name, k) => pen.fillText(name, left - 6, place.py(k)));
+  return place;
+}
+
+// A value with its interval in a lane, and its words above.
+export function span(place, lane, value, low, high, colour, words) {
+  const { pen } = place, y = place.py(lane);
+  pen.strokeStyle = pen.fillStyle = colour; pen.lineWidth = 3;
+  if (low > 0 && high > 0) {
+    pen.globalAlpha = 0.55;
+    pen.beginPath(); pen.moveTo(place.px(low), y); pen.lineTo(place.px(high), y); pen.stroke();
+    pen.globalAlpha = 1;
+  }
+  const at = place.px(Math.max(value, 1e-9));
+  pen.beginPath(); pen.arc(at, y, 4, 0, 7); pen.fill();
+  pen.textAlign = at > (place.left + place.right) / 2 ? "right" : "left"; pen.textBaseline = "bottom";
+  pen.fillText(words, at, y - 5);
 }
 
 export function nothing(canvas, text) {

@@ -42,7 +42,7 @@ OF_THE_GRAPH: dict[str, tuple[str, ...]] = {
         *("rule", "speed", "hop_may_land", "effective_width", "longest_lag_s", "lag_step_s"),
         "forecast_interval_s",
     ),
-    "monitor": ("host", "port", "token", "replay"),
+    "monitor": ("host", "port", "token", "replay", "player", "trial"),
     "recorder": (
         *(
             "out",

@@ -1,11 +1,14 @@
 """Reads the one picture of a bag that was taken at a given time."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
 
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.bag_reader import BagPicture, BagPictures
+from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
 from worm_tracker.sources.bags.serialized_images import read_picture
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, Grey, PictureDecoder
 
@@ -14,6 +17,35 @@ LATE_S = 5.0
 
 OpenBag = Callable[[float, float | None], AbstractContextManager[BagPictures]]
 """Opens the bag from an offset on, for so long (None: to the end), s of recording."""
+
+
+def open_bag_of(
+    bag: Path, source: Mapping[str, Any], start_s: float, duration_s: float | None
+) -> BagPictures:
+    """Open the bag that a source played, or recorded, as it was opened then.
+
+    Parameters
+    ----------
+    source : mapping
+        Parameters of the node that sent the pictures.
+    start_s, duration_s : float
+        Which part of it, as `OpenBag`.
+
+    Raises
+    ------
+    BadInput
+        As `BagPictures`.
+    """
+    topic = source.get("topic") or None
+    return BagPictures(
+        bag,
+        topic if source.get("bag") else None,  # a live one's is its driver's
+        start_offset_s=start_s,
+        playback_duration_s=duration_s,
+        salvage=bool(source.get("salvage", False)),
+        max_chunk_mib=float(source.get("max_chunk_mib", MAX_CHUNK_MIB)),
+        max_megapixels=float(source.get("max_megapixels", MAX_MEGAPIXELS)),
+    )
 
 
 def picture_at(
