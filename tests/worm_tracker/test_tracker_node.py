@@ -16,6 +16,7 @@ from std_srvs.srv import Trigger
 from worm_model.simulator.film import encode
 from worm_msgs_py import Status, convert, topics
 from worm_msgs_py.errors import BadInput, NoChamberFound
+from worm_msgs_py.files.corrections import corrections_to_json, requested
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.qos import FLOW, IMAGE_REPLAY
 from worm_msgs_py.ros.qos import RESULT as RESULT_QOS
@@ -158,6 +159,20 @@ def test_an_operator_exchanges_head_and_tail_for_the_rest_of_the_trial(bench, pi
     ]
     assert [(values["kind"], values["frame"]) for values in told] == [("correction", str(first))]
     assert swap_head(stand).message == "the trial has ended"
+    (event,) = [
+        event
+        for msg in stand.heard[topics.SOURCE_EVENTS]
+        for event in convert.source_events_from_msg(msg)
+    ]
+    asked = requested(event)
+    assert (asked.first_frame, asked.first_stamp_ns) == (19, 19 * FRAME_NS)
+    assert asked.note == answer.message
+    again = bench(hold_back_frames=2, corrections=corrections_to_json([asked]))
+    for frame, picture in enumerate(pictures):
+        again.send(again.raw, message(picture, frame))
+    again.end(len(pictures))
+    assert repr(again.states()) == repr(stand.states())
+    assert again.heard[topics.SOURCE_EVENTS] == []
 
 
 def test_a_damaged_picture_is_a_frame_with_its_status(bench, pictures):

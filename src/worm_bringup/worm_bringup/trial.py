@@ -23,6 +23,7 @@ from worm_bringup.outputs.results_directory import results_directory
 from worm_bringup.provenance import fingerprint, provenance
 from worm_bringup.trial_picture import keep_picture
 from worm_model.inference.comparison import ModelParameters
+from worm_msgs_py.files.corrections import CORRECTIONS, Correction, corrections_to_json
 from worm_msgs_py.ros.network import Reach, environment
 from worm_msgs_py.ros.running import Stop, finish_despite_signals, stop_on_signals
 from worm_msgs_py.ros.watchdog import PATIENCE_S
@@ -71,6 +72,8 @@ class Trial:
         Whether the results' bag holds the pictures of the bag that is played, too.
     viewers : tuple of NodeSpec
         Nodes that only look.
+    corrections : tuple of Correction
+        Where people have set right which end is the head.
     """
 
     source: NodeSpec
@@ -82,18 +85,20 @@ class Trial:
     namespace: str = ""
     with_pictures: bool = False
     viewers: tuple[NodeSpec, ...] = ()
+    corrections: tuple[Correction, ...] = ()
 
     def nodes(self, out: Path | None) -> list[NodeSpec]:
         """Return all nodes but the source; the recorder where there is something to write to."""
+        told = {CORRECTIONS.name: self._corrections} if self.corrections else {}
         nodes = [
-            NodeSpec("worm_tracker.tracker_node", "tracker", self.tracker),
+            NodeSpec("worm_tracker.tracker_node", "tracker", {**self.tracker, **told}),
             NodeSpec("worm_analysis.analysis_node", "analysis", self.analysis),
             NodeSpec("worm_model.model_node", "model", self.model),
             *self.viewers,
         ]
         if out is not None:
             provenance = json.dumps(self._provenance())
-            parameters = {**self.metadata, "out": str(out), "provenance": provenance}
+            parameters = {**self.metadata, **told, "out": str(out), "provenance": provenance}
             if self.with_pictures:
                 parameters["pictures"] = json.dumps(self.source.parameters)
             nodes.append(NodeSpec("worm_bringup.recorder.recorder_node", "recorder", parameters))
@@ -105,8 +110,14 @@ class Trial:
         player = {k: v for k, v in self.source.parameters.items() if k not in _CHANGES_NO_RESULT}
         return fingerprint(
             self.origin,
-            self._parameters() | {"player": player, "trial": dict(self.metadata)},
+            self._parameters()
+            | {"player": player, "trial": dict(self.metadata)}
+            | ({CORRECTIONS.name: {"text": self._corrections}} if self.corrections else {}),
         )
+
+    @property
+    def _corrections(self) -> str:
+        return corrections_to_json(self.corrections)
 
     def _provenance(self) -> Any:
         return provenance(self.origin, self._parameters())

@@ -7,6 +7,7 @@ from math import inf
 
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.status import Status
+from worm_msgs_py.files.corrections import Correction
 from worm_tracker.detection.detection import Detection
 from worm_tracker.frame_state import PendingFrame, tracked_frame
 from worm_tracker.head_tail.identity import (
@@ -85,6 +86,8 @@ class FrameQueue:
         Most frames that wait.
     px_per_mm : float
         Scale of pictures without a chamber; NaN where it is not known.
+    corrections : sequence of Correction
+        Whose frames leave with head and tail exchanged.
 
     Attributes
     ----------
@@ -94,8 +97,15 @@ class FrameQueue:
         Frames given so far, by status.
     """
 
-    def __init__(self, head_tail: HeadTail, hold_back_frames: int, px_per_mm: float) -> None:
+    def __init__(
+        self,
+        head_tail: HeadTail,
+        hold_back_frames: int,
+        px_per_mm: float,
+        corrections: Sequence[Correction] = (),
+    ) -> None:
         self._head_tail = head_tail
+        self._corrections = corrections
         self._hold_back_frames = hold_back_frames
         self._px_per_mm = px_per_mm
         self._waiting: deque[PendingFrame] = deque()
@@ -314,6 +324,8 @@ class FrameQueue:
                 swap = Exchange(ExchangeKind.SWAP, pending.frame, pending.stamp_ns, sure)
                 self.exchanges.append(swap)
             self._head_first = head_first
+        if any(told.swaps(pending.frame) for told in self._corrections):
+            head_first, sure = not head_first, self._head_tail.certainty_by_word
         tracked = tracked_frame(pending, head_first, sure, self._px_per_mm, self._home)
         self._home = tracked.state.frame_id
         self.statuses[pending.observation.status] += 1

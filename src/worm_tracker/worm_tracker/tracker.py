@@ -1,6 +1,7 @@
 """The tracker: pictures in, one `TrackedFrame` per picture out, in order."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,7 +10,14 @@ from worm_msgs_py.arrays import Picture
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.contract.status import Status
-from worm_msgs_py.errors import NoChamberFound, NotAPicture
+from worm_msgs_py.errors import NoChamberFound, NotAPicture, TrackerError
+from worm_msgs_py.files.corrections import (
+    Correction,
+    CorrectionKind,
+    why_beyond,
+    why_not_of,
+    why_not_together,
+)
 from worm_tracker.calibration.rig_monitor import GeometryChange, RigMonitor, RigMonitorSettings
 from worm_tracker.detection.detection import Detection
 from worm_tracker.detection.detector import Detector, DetectorSettings
@@ -65,6 +73,13 @@ class Tracker:
     parameters : TrackerParameters
         What a user may tell it; the defaults suit the paper's rig.
     settings : TrackerSettings
+    corrections : sequence of Correction
+        What people have set right of these pictures (`read_corrections`).
+
+    Raises
+    ------
+    TrackerError
+        The corrections exclude each other.
 
     Attributes
     ----------
@@ -80,14 +95,23 @@ class Tracker:
     """
 
     def __init__(
-        self, parameters: TrackerParameters | None = None, settings: TrackerSettings = TRACKER
+        self,
+        parameters: TrackerParameters | None = None,
+        settings: TrackerSettings = TRACKER,
+        corrections: Sequence[Correction] = (),
     ) -> None:
+        wrong = why_not_together(corrections)
+        if wrong:
+            raise TrackerError(wrong)
         self._parameters = parameters = parameters or TrackerParameters()
         self._settings = settings
         self._stages: _Stages | None = None
         self._track = WormTrack()
         head_tail = HeadTail(self._track, settings.head_tail)
-        self._queue = FrameQueue(head_tail, parameters.hold_back_frames, parameters.px_per_mm)
+        self._corrections = tuple(corrections)
+        self._queue = FrameQueue(
+            head_tail, parameters.hold_back_frames, parameters.px_per_mm, self._corrections
+        )
         self._advice = FailureAdvice(parameters)
         self.changes: list[GeometryChange] = []
         self._not_found: list[NoChamberFound] = []
@@ -151,10 +175,16 @@ class Tracker:
             Where it is in colour, of other numbers than uint8, or no array; nothing was taken.
         NoChamberFound
             Where the first pictures show no chamber (and `no_chamber` was not set).
+        TrackerError
+            Where a correction is of another recording; nothing was taken.
         """
         wrong = _why_no_picture(picture)
         if wrong:
             raise NotAPicture(wrong)
+        wrong = why_not_of(self._corrections, self._frames, stamp_ns)
+        if wrong:
+            raise TrackerError(wrong)
+        self._obey_requests()
         frame, self._frames = self._frames, self._frames + 1
         self._last_ns = stamp_ns
         bodies_begun = self._track.bodies_begun
@@ -185,11 +215,24 @@ class Tracker:
         ------
         NoChamberFound
             Where pictures came, but none with a chamber.
+        TrackerError
+            Where a correction is of frames that did not come.
         """
+        wrong = why_beyond(self._corrections, self._frames)
+        if wrong:
+            raise TrackerError(wrong)
+        self._obey_requests()
         if self._stages is None and self._not_found:
             raise self._not_found[-1]
         self._go_back()
         return self._queue.finish()
+
+    def _obey_requests(self) -> None:
+        """Do what an operator asked for after the last picture, when these were first tracked."""
+        for told in self._corrections:
+            is_request = told.what is CorrectionKind.SWAP_REQUEST
+            if is_request and told.first_frame == self._frames - 1:
+                self.swap_head()
 
     def _go_back(self, most: int | None = None) -> None:
         """Go back through the coils that wait, by so many frames at most; None: all."""

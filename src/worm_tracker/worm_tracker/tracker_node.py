@@ -1,6 +1,7 @@
 """The tracker as a ROS node: pictures in, `worm/*` and `chamber/*` out, a state for every frame."""
 
 import sys
+from datetime import UTC, datetime
 from math import isfinite
 from typing import Any
 
@@ -17,6 +18,7 @@ from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.declarations import Declaration, declarations
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.files.corrections import CORRECTIONS, corrections_from_json
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
@@ -57,7 +59,8 @@ class TrackerNode(WormNode):
     -----
     Each time that head and tail are exchanged, `/diagnostics` says so: a status of its own, with
     the frame and the stamp from which it holds. The service ``~/swap_head`` (std_srvs/Trigger) does
-    it by hand, for the frames that are held back and for the rest of the trial.
+    it by hand, for the frames that are held back and for the rest of the trial; `source/events`
+    says so too, and so the results do.
 
     A picture that cannot be decoded, or is of another size than the first one, is a frame with the
     status ``bad_image``; `source/events` says why. When as many frames
@@ -77,6 +80,7 @@ class TrackerNode(WormNode):
             "Take the latest picture of a driver that is not ours (best effort), and skip others; "
             "otherwise none may be skipped.",
         ),
+        CORRECTIONS,
     )
     STATE = (
         "_tracker",
@@ -99,7 +103,8 @@ class TrackerNode(WormNode):
             self.destroy_node()
             raise
         self._live = bool(self.read_parameter("live"))
-        self._tracker = Tracker(parameters)
+        corrections = corrections_from_json(self.read_parameter(CORRECTIONS.name))
+        self._tracker = Tracker(parameters, corrections=corrections)
         self._pictures = PictureStream(parameters.max_megapixels)
         self._announced = 0
         self._exchanges_told = 0
@@ -175,6 +180,10 @@ class TrackerNode(WormNode):
         if exchange is not None:
             answer.message = f"head and tail are exchanged from frame {exchange.frame} on"
             self._tell_exchanges()
+            at = datetime.now(UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+            why, kind = answer.message, SourceEventKind.HEAD_SWAPPED
+            event = SourceEvent(kind, self._end.taken - 1, self._last_ns, why, at=at)
+            self._tell_events([event])
         elif self._end.done:
             answer.message = "the trial has ended"
         else:

@@ -10,7 +10,6 @@ from worm_analysis.results import Results
 from worm_analysis.summary.settings import DEFAULTS
 from worm_analysis.summary.sums import TrialSums
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.contract.source_events import in_words
 from worm_msgs_py.units import MM_PER_M
 
 MOST_FRAMES_SHOWN = 300
@@ -92,7 +91,7 @@ def pooled_trial(results: Results, name: str = "", directory: str = "") -> Poole
         lag_s=np.empty(0) if correlation is None else correlation.lag_s,
         sums=results.sums,
         points=_events(results) | _motion(results) | _searches(results),
-        source_events=tuple(in_words(results.source_events)),
+        source_events=tuple(results.told),
     )
 
 

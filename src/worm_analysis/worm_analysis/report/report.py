@@ -15,7 +15,6 @@ from worm_analysis.report.verdicts import REJECTED, headlines
 from worm_analysis.results import Results, read_results
 from worm_analysis.results.picture import TrialPicture, read_kept_picture
 from worm_msgs_py import Quantity, Status
-from worm_msgs_py.contract.source_events import in_words
 from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.text import printable
 
@@ -160,7 +159,7 @@ def trial_context(results: Results) -> dict[str, Any]:
         "seconds": float(results.t_s[-1]) if len(results.t_s) else 0.0,
         "frame_rate": _frame_rate(results),
         "events": _events(results),
-        "source_events": in_words(results.source_events),
+        "source_events": results.told,
         "comparison": rows,
         "own": own,
         "from_paper": from_paper,

@@ -6,7 +6,7 @@ from math import nan
 from pathlib import Path
 from typing import Any
 
-from worm_analysis.results import contacts, passages, tracks
+from worm_analysis.results import contacts, entries, passages, tracks
 from worm_analysis.results.parquet_table import Columns, read_table
 from worm_analysis.results.summary import (
     chamber_of,
@@ -21,8 +21,13 @@ from worm_analysis.results.summary import (
 from worm_analysis.results.sums import read_sums
 from worm_msgs_py import Chamber, Comparison, Correlation, Quantity
 from worm_msgs_py.arrays import Floats
-from worm_msgs_py.contract.source_events import SourceEvent, read_source_events
+from worm_msgs_py.contract.source_events import SourceEvent, in_words, read_source_events
 from worm_msgs_py.errors import RUN_AGAIN, ReportError
+from worm_msgs_py.files.corrections import (
+    Correction,
+    corrections_in_words,
+    corrections_of,
+)
 from worm_msgs_py.units import MM_PER_M, NS_PER_S
 
 
@@ -53,6 +58,10 @@ class Results:
         h; NaN where the summary does not have it.
     sums : mapping of str to ndarray
         What the numbers rest on, by blocks of time.
+    corrections : tuple of Correction
+        What people have set right, as far as these results have it.
+    frames_swapped : int
+        Frames whose head and tail were exchanged by the corrections of ranges.
     """
 
     tracks: Columns
@@ -69,6 +78,8 @@ class Results:
     source_events: tuple[SourceEvent, ...] = ()
     why_not_complete: str = ""
     sums: Mapping[str, Floats] = field(default_factory=dict)
+    corrections: tuple[Correction, ...] = ()
+    frames_swapped: int = 0
 
     @property
     def t_s(self) -> Floats:
@@ -77,6 +88,12 @@ class Results:
         start = stamps[0] if len(stamps) else 0
         seconds: Floats = (stamps - start) / NS_PER_S
         return seconds
+
+    @property
+    def told(self) -> list[str]:
+        """What happened to the pictures and what was set right by hand, a line each."""
+        corrected = corrections_in_words(self.corrections, self.frames_swapped)
+        return in_words(self.source_events) + corrected
 
     @property
     def radius_mm(self) -> float:
@@ -122,6 +139,7 @@ def _assemble(
     model = summary.get("model") or {}
     correlation = summary.get("correlation")
     walk = model.get("correlation")
+    corrected = summary.get("corrections") or {}
     return Results(
         tracks=tables[0],
         contacts=tables[1],
@@ -137,4 +155,6 @@ def _assemble(
         source_events=read_source_events(summary.get("source_events") or ()),
         why_not_complete=str(summary.get("why_not_complete") or ""),
         sums=sums,
+        corrections=corrections_of(corrected.get("applied") or ()),
+        frames_swapped=entries.as_count(corrected.get("frames_swapped")),
     )

@@ -24,6 +24,7 @@ from worm_msgs_py import (
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.errors import RUN_AGAIN, ReportError
+from worm_msgs_py.files.corrections import Correction
 from worm_msgs_py.files.json_files import read_json
 from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.limits import RADIUS
@@ -48,6 +49,8 @@ class TrialRecord:
     model_correlation: Correlation | None = None
     source_events: list[SourceEvent] = field(default_factory=list)
     ignored_messages: dict[str, int] = field(default_factory=dict)
+    corrections: list[Correction] = field(default_factory=list)
+    frames_swapped: int = 0
 
     @property
     def why_not_whole(self) -> str:
@@ -82,15 +85,26 @@ def build_summary(trial: TrialRecord, provenance: Mapping[str, Any]) -> dict[str
         "correlation": _correlation(trial.correlation),
         "model": _model(trial.comparison, trial.model_correlation),
         "provenance": dict(provenance),
-        "source_events": [asdict(event) for event in _in_order(trial.source_events)],
+        "source_events": [_source_event(event) for event in _in_order(trial.source_events)],
         "ignored_messages": trial.ignored_messages,
         "what_to_try": trial.what_to_try or None,
         "complete": not trial.why_not_whole,
     }
     if trial.why_not_whole:
         summary["why_not_complete"] = trial.why_not_whole
+    if trial.corrections:
+        summary["corrections"] = {
+            "frames_swapped": trial.frames_swapped,
+            "applied": [asdict(correction) for correction in trial.corrections],
+        }
     finite: dict[str, Any] = _without_nan(summary)
     return finite
+
+
+def _source_event(event: SourceEvent) -> dict[str, Any]:
+    entry = asdict(event)
+    del entry["at"]  # what an operator asked for stands among the corrections
+    return entry
 
 
 def _in_order(events: Sequence[SourceEvent]) -> list[SourceEvent]:

@@ -25,6 +25,7 @@ from worm_bringup.graph.in_process import RunResult
 from worm_bringup.trial import WithoutPose
 from worm_msgs_py import Status
 from worm_msgs_py.contract.source_events import in_words, read_source_events
+from worm_msgs_py.files.corrections import corrections_in_words, corrections_of
 from worm_msgs_py.text import printable
 
 _QUANTITIES_SHOWN = (
@@ -92,7 +93,12 @@ def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None
         f"{frames['read']} frames in, {frames['tracked']} tracked"
         + (f"; {others}" if others else "")
     )
-    for line in in_words(read_source_events(summary.get("source_events", ()))):
+    corrected = summary.get("corrections", {"applied": (), "frames_swapped": 0})
+    corrections = corrections_of(corrected["applied"])
+    for line in (
+        *in_words(read_source_events(summary.get("source_events", ()))),
+        *corrections_in_words(corrections, corrected["frames_swapped"]),
+    ):
         console.print(
             printable(line), style="yellow", soft_wrap=True, highlight=False, markup=False
         )

@@ -25,6 +25,7 @@ from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.contract.source_events import parameter_changed
 from worm_msgs_py.declarations import Declaration, declarations
 from worm_msgs_py.errors import BadInput, MalformedMessage
+from worm_msgs_py.files.corrections import CORRECTIONS, corrections_from_json, requested
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.qos import FLOW
 from worm_msgs_py.ros.running import run_alone
@@ -98,6 +99,7 @@ class RecorderNode(WormNode):
             "none.",
             check=_no_json_object,
         ),
+        CORRECTIONS,
         *declarations(TrialMetadata),
     )
 
@@ -113,6 +115,8 @@ class RecorderNode(WormNode):
         self._bag_dropped = False
         with _told_in_a_line():
             self._recording = Recording(out)
+            corrections = corrections_from_json(self.read_parameter(CORRECTIONS.name))
+            self._recording.trial.corrections.extend(corrections)
             self._bag = ResultBag(out / "bag", self._pictures)
         self._join, self._views = FrameJoin(), FrameViews()
         self._stamp_ns = 0
@@ -210,9 +214,7 @@ class RecorderNode(WormNode):
             topics.ANALYSIS_CORRELATION: keep("correlation", convert.correlation_from_msg),
             topics.MODEL_COMPARISON: keep("comparison", convert.comparison_from_msg),
             topics.MODEL_CORRELATION: keep("model_correlation", convert.correlation_from_msg),
-            topics.SOURCE_EVENTS: lambda msg: trial.source_events.extend(
-                convert.source_events_from_msg(msg)
-            ),
+            topics.SOURCE_EVENTS: self._on_source_events,
         }
 
     def _take(self, topic: str, kind: type, data: bytes) -> None:
@@ -253,6 +255,16 @@ class RecorderNode(WormNode):
         geometry = convert.geometry_from_msg(msg)
         self._recording.trial.take_geometry(geometry)
         self._lay_over(self._join.add_geometry(geometry))
+
+    def _on_source_events(self, msg: Any) -> None:
+        events = convert.source_events_from_msg(msg)
+        trial = self._recording.trial
+        asked = [event for event in events if event.kind is SourceEventKind.HEAD_SWAPPED]
+        try:
+            trial.corrections.extend([requested(event) for event in asked])
+        except BadInput as error:
+            raise MalformedMessage(f"the correction {error}") from None
+        trial.source_events.extend(event for event in events if event not in asked)
 
     def _lay_over(self, frames: Iterator[JoinedFrame]) -> None:
         """Put frames that are whole into the bag: their picture, and what is laid over it."""

@@ -14,6 +14,7 @@ from worm_analysis.results.parquet_table import TableWriter
 from worm_analysis.results.summary import TrialRecord, build_summary, write_summary
 from worm_analysis.results.sums import write_sums
 from worm_msgs_py import BodyState, Episode, Event, Midline, Observables
+from worm_msgs_py.files.corrections import CORRECTIONS_FILE, write_corrections
 
 
 class Recording:
@@ -76,6 +77,8 @@ class Recording:
                 f"{self.trial.frames_read} frames were read but {self.rows} have a row"
             )
         self.trial.statuses = dict(self._statuses)
+        if self.trial.corrections:
+            write_corrections(self._directory / CORRECTIONS_FILE, self.trial.corrections)
         write_sums(self._directory / "sums.parquet", self.trial.sums)
         write_summary(self._directory / "summary.json", build_summary(self.trial, provenance))
 
@@ -98,7 +101,10 @@ class Recording:
         frame = self.rows
         if frame in self._states and frame in self._midlines and frame in self._observables:
             state = self._states.pop(frame)
-            row = tracks.track_row(state, self._midlines.pop(frame), self._observables.pop(frame))
+            midline = self._midlines.pop(frame)
+            row = tracks.track_row(state, midline, self._observables.pop(frame))
+            swapped = any(told.swaps(frame) for told in self.trial.corrections)
+            self.trial.frames_swapped += swapped and midline.u_px.size > 0
             self._tracks.append(row)
             self._statuses[state.status.label] += 1
             self.rows += 1

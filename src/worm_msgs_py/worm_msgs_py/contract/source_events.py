@@ -31,6 +31,8 @@ class SourceEventKind(StrEnum):
     """Most frames gave no pose for one reason, or poses of what is no worm: what to do about it."""
     PARAMETER_CHANGED = "parameter_changed"
     """A parameter of a node was changed while the trial ran; it holds from this frame on."""
+    HEAD_SWAPPED = "head_swapped"
+    """An operator had head and tail exchanged, after this frame was taken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +53,8 @@ class SourceEvent:
         How many messages it concerns, as far as that is known; 0 where it means nothing.
     why : str
         One line for people.
+    at : str
+        When an operator asked for it: ISO 8601, UTC; empty of what nobody asked for.
     """
 
     kind: SourceEventKind
@@ -59,6 +63,7 @@ class SourceEvent:
     why: str
     duration_s: float = 0.0
     count: int = 0
+    at: str = ""
 
 
 def parameter_changed(
@@ -118,6 +123,8 @@ def _line(kind: SourceEventKind, events: list[SourceEvent]) -> str:
         return f"the record is not whole: {first}"
     if kind is SourceEventKind.WHAT_TO_TRY:
         return first
+    if kind is SourceEventKind.HEAD_SWAPPED:
+        return "; ".join(event.why for event in events)
     if kind is SourceEventKind.PARAMETER_CHANGED:
         return "; ".join(f"from frame {event.frame} on {event.why}" for event in events)
     return f"ended before its time: {first}"

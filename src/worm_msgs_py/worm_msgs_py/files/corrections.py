@@ -10,10 +10,13 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+from worm_msgs_py.contract.source_events import SourceEvent
+from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.files.json_files import read_json
 from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.text import printable
+from worm_msgs_py.units import NS_PER_S
 
 CORRECTIONS_FILE = "corrections.json"
 """What the file is called in a results directory."""
@@ -102,7 +105,7 @@ class Correction:
     def frames_in_words(self) -> str:
         """The frames that it applies to, for people."""
         if self.what is CorrectionKind.SWAP_REQUEST:
-            return f"asked for after frame {self.first_frame}"
+            return f"after frame {self.first_frame}"
         if self.last_frame is None:
             return f"from frame {self.first_frame} to the end"
         return f"from frame {self.first_frame} to {self.last_frame}"
@@ -122,6 +125,32 @@ def why_not_together(corrections: Iterable[Correction]) -> str:
                 f"head and tail are exchanged twice in frame {other.first_frame} "
                 f"({one.frames_in_words}, and {other.frames_in_words}): leave one of them out, or "
                 "let one begin after the other's end"
+            )
+    return ""
+
+
+def why_not_of(corrections: Iterable[Correction], frame: int, stamp_ns: int) -> str:
+    """Say which correction is of another recording than this frame; empty where none is."""
+    for told in corrections:
+        places = ((told.first_frame, told.first_stamp_ns), (told.last_frame, told.last_stamp_ns))
+        for its_frame, its_ns in places:
+            if its_frame == frame and its_ns is not None and its_ns != stamp_ns:
+                return (
+                    f"the correction {told.frames_in_words} is of another recording: its frame "
+                    f"{frame} was taken at {its_ns / NS_PER_S:.6f} s, this one's at "
+                    f"{stamp_ns / NS_PER_S:.6f} s: give the corrections of this one, played from "
+                    "the same start"
+                )
+    return ""
+
+
+def why_beyond(corrections: Iterable[Correction], frames: int) -> str:
+    """Say which correction is of frames that a recording does not have; empty where none is."""
+    for told in corrections:
+        if max(told.first_frame, told.last_frame or 0) >= frames:
+            return (
+                f"the correction {told.frames_in_words} is of another recording: this one has "
+                f"{frames} frames"
             )
     return ""
 
@@ -207,18 +236,55 @@ def corrections_from_json(text: str) -> tuple[Correction, ...]:
 
 
 def _corrections_of(found: Any) -> tuple[Correction, ...]:
-    """Return the corrections of a JSON document; BadInput says what is wrong with it."""
     if not isinstance(found, Mapping) or not isinstance(found.get("corrections"), list):
         raise BadInput("has no list 'corrections'")
     if found.get("format") != CORRECTIONS_FORMAT:
         raise BadInput(f"has the format {found.get('format')!r}, not {CORRECTIONS_FORMAT}")
-    corrections = tuple(
-        _correction(number, entry) for number, entry in enumerate(found["corrections"], 1)
-    )
+    return corrections_of(found["corrections"])
+
+
+def corrections_of(entries: Iterable[Any]) -> tuple[Correction, ...]:
+    """Return corrections from their entries in a JSON document.
+
+    Raises
+    ------
+    BadInput
+        An entry is none, or two exclude each other: what is wrong.
+    """
+    corrections = tuple(_correction(number, entry) for number, entry in enumerate(entries, 1))
     wrong = why_not_together(corrections)
     if wrong:
         raise BadInput(wrong)
     return corrections
+
+
+def requested(event: SourceEvent) -> Correction:
+    """Return what an operator asked for while a trial ran, so that a replay can do it again."""
+    return Correction(
+        CorrectionKind.SWAP_REQUEST,
+        first_frame=event.frame,
+        first_stamp_ns=event.stamp_ns,
+        last_frame=None,
+        last_stamp_ns=None,
+        by="~/swap_head",
+        at=event.at,
+        note=event.why,
+    )
+
+
+def corrections_in_words(corrections: Iterable[Correction], frames_swapped: int) -> list[str]:
+    """Return a line for each kind of correction that there is, for people."""
+    said = {
+        CorrectionKind.SWAP_HEAD: f"head and tail were exchanged by hand in {frames_swapped} "
+        f"frame{'' if frames_swapped == 1 else 's'}",
+        CorrectionKind.SWAP_REQUEST: "head and tail were exchanged on request",
+    }
+    told = list(corrections)
+    return [
+        f"{line}: " + "; ".join(f"{one.frames_in_words} (by {one.by})" for one in those)
+        for kind, line in said.items()
+        if (those := [one for one in told if one.what is kind])
+    ]
 
 
 def _correction(number: int, entry: Any) -> Correction:
@@ -246,3 +312,20 @@ def _is_utc(text: Any) -> bool:
         return datetime.fromisoformat(text).utcoffset() == timedelta(0)
     except (TypeError, ValueError):
         return False
+
+
+def _no_corrections_text(text: str) -> str:
+    """Return what is wrong with a parameter that holds corrections."""
+    try:
+        corrections_from_json(text)
+    except BadInput as error:
+        return str(error)
+    return ""
+
+
+CORRECTIONS = Declaration(
+    "corrections",
+    "",
+    "The text of a corrections.json: where people have set right which end is the head.",
+    check=_no_corrections_text,
+)

@@ -30,7 +30,7 @@ OF_THE_GRAPH: dict[str, tuple[str, ...]] = {
         *("polarity", "no_chamber", "radius_m", "centre_u_px", "centre_v_px", "radius_px"),
         *("centre_b_u_px", "centre_b_v_px", "radius_b_px", "exit_deg", "exit_width_m", "depth_m"),
         *("passage_m", "px_per_mm", "hold_back_frames", "calibration_frames", "max_megapixels"),
-        "live",
+        *("live", "corrections"),
     ),
     "analysis": (
         *("contact_factor", "release_factor", "body_width_m", "min_episode_s"),
@@ -49,6 +49,7 @@ OF_THE_GRAPH: dict[str, tuple[str, ...]] = {
             "expect",
             "provenance",
             "pictures",
+            "corrections",
             "trial",
             "animal",
             "date",

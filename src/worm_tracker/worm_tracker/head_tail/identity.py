@@ -203,6 +203,11 @@ class HeadTail:
         """Whether an operator has said which end is the head."""
         return self._corrected
 
+    @property
+    def certainty_by_word(self) -> float:
+        """How sure the head is where a person has said it: a person may be wrong, too."""
+        return certainty(self._settings.most_log_odds)
+
     def correct(self) -> None:
         """Exchange head and tail on an operator's word, for good.
 
