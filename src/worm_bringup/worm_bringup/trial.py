@@ -19,6 +19,7 @@ from worm_bringup.graph.monitor_process import Monitor
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.ros_environment import free_domain
 from worm_bringup.graph.supervisor import run_in_processes
+from worm_bringup.outputs.earlier_result import TRIAL
 from worm_bringup.outputs.results_directory import results_directory
 from worm_bringup.provenance import fingerprint, provenance
 from worm_bringup.trial_picture import keep_picture
@@ -228,7 +229,8 @@ def run_trial(
     Kept
         The results are whole, but not in `out` or without a report.
     """
-    with stop_on_signals() as stop, results_directory(out, live=live) as partial:
+    kind = replace(TRIAL, corrections=trial.corrections)
+    with stop_on_signals() as stop, results_directory(out, kind, live=live) as partial:
         result = run_graph(
             _with_pictures(trial, partial) if live else trial,
             partial,

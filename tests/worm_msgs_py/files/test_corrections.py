@@ -147,5 +147,5 @@ def test_what_is_no_file_of_corrections_is_refused(tmp_path, text):
 
 
 def test_a_file_that_is_not_there_says_what_makes_it(tmp_path):
-    with pytest.raises(BadInput, match="worm review"):
+    with pytest.raises(BadInput, match="is not there: give a corr"):
         read_corrections(tmp_path)

@@ -2,8 +2,9 @@
 
 import shlex
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -14,6 +15,7 @@ from worm_bringup.cli.monitor_options import MonitorOptions
 from worm_bringup.cli.numbers import number
 from worm_bringup.cli.progress import progress_bar, refuse_without_pose, show_result
 from worm_bringup.graph.node_spec import NodeSpec
+from worm_bringup.outputs.earlier_result import TRIAL
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.provenance import bag_hash
@@ -22,7 +24,9 @@ from worm_bringup.rig.rig_file import read_rig
 from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput, TrackerError
+from worm_msgs_py.files.corrections import Correction, read_corrections
 from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.bags.corrected_frames import check_corrections
 from worm_tracker.sources.playback import NO_SEEK, PLAYBACK, RATE, START_OFFSET
 from worm_tracker.sources.replay_node import ReplayNode
 
@@ -79,6 +83,13 @@ def replay(
     rig: options.RigFiles = None,
     tracker: options.TrackerOptions,
     analysis: options.AnalysisOptions,
+    corrections: Annotated[
+        Path | None,
+        typer.Option(
+            help="A corrections.json, or the results directory that holds one: where people have "
+            "set right which end is the head.",
+        ),
+    ] = None,
     resume: Annotated[
         bool,
         typer.Option(
@@ -150,9 +161,12 @@ def replay(
         raise BadInput(
             "--processes keeps to a ROS domain of its own: leave out --visible, or --processes"
         )
+    corrected = () if corrections is None else read_corrections(corrections)
+    if corrected and player["loop"]:
+        raise BadInput("--corrections are of one round of the recording: leave out --loop")
     reach = graph.reach(visible=visible, otherwise="add --visible")
     check_apart({"--out": out}, {"the bag": bag})
-    check_out(out)
+    check_out(out, replace(TRIAL, corrections=corrected))
     with BagPictures(
         bag,
         player["topic"] or None,
@@ -161,6 +175,8 @@ def replay(
         max_megapixels=player["max_megapixels"],
     ) as pictures:
         chosen = pictures.topic
+    if corrected:
+        _check_fit(corrections, corrected, player)
     see = told.of("tracker")
     if max_megapixels is not None or "max_megapixels" not in see:
         see["max_megapixels"] = player["max_megapixels"]
@@ -181,6 +197,7 @@ def replay(
         namespace=graph.namespace,
         viewers=view.viewers(told, visible=visible),
         with_pictures=with_pictures,
+        corrections=corrected,
     )
     checkpoints = None
     if not (processes or player["loop"]):
@@ -206,6 +223,25 @@ def replay(
         raise BadInput(f"{bag}: {error}") from None
     show_result(result, report)
     refuse_without_pose(report)
+
+
+def _check_fit(
+    file: Path | None, corrected: tuple[Correction, ...], player: dict[str, Any]
+) -> None:
+    """Refuse corrections that are not of what will be played."""
+    with BagPictures(
+        Path(player["bag"]),
+        player["topic"] or None,
+        start_offset_s=player["start_offset"],
+        playback_duration_s=player.get("playback_duration"),
+        salvage=player["salvage"],
+        max_chunk_mib=player["max_chunk_mib"],
+        max_megapixels=player["max_megapixels"],
+    ) as pictures:
+        try:
+            check_corrections(corrected, pictures)
+        except BadInput as error:
+            raise BadInput(f"{file}: {error}") from None
 
 
 def _say(line: str) -> None:

@@ -3,11 +3,13 @@
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from worm_msgs_py.errors import BadInput
+from worm_msgs_py.files.corrections import CORRECTIONS_FILE, Correction, kept_corrections
 from worm_msgs_py.files.frame_pictures import FRAME_PICTURE
 
 SOFTWARE = "worm-escape"
@@ -23,16 +25,23 @@ class ResultKind:
         Regular expression of the files' paths in it.
     folders : frozenset of str
         The folders in it.
+    corrections : tuple of Correction
+        Those that it has: an earlier result with others is not replaced.
     """
 
     files: str
     folders: frozenset[str]
+    corrections: tuple[Correction, ...] = ()
 
 
-_UNFINISHED = rf"|\.(summary\.json|report\.html|{FRAME_PICTURE})\.[0-9a-f]{{8}}\.part"
+_CORRECTIONS = re.escape(CORRECTIONS_FILE)
+_UNFINISHED = (
+    rf"|\.(summary\.json|report\.html|{_CORRECTIONS}|{FRAME_PICTURE})\.[0-9a-f]{{8}}\.part"
+)
 _FIGURES = r"|figures/fig-[\w-]+\.(svg|pdf)"
 TRIAL = ResultKind(
     rf"(tracks|contacts|passages|sums)\.parquet|summary\.json|report\.html|{FRAME_PICTURE}"
+    rf"|{_CORRECTIONS}"
     r"|bag/(metadata\.yaml|bag\.mcap)" + _FIGURES + _UNFINISHED,
     frozenset({"bag", "figures"}),
 )
@@ -51,7 +60,21 @@ def why_not_replaceable(directory: Path, kind: ResultKind) -> str:
         return f"holds '{foreign}', which is not a result of ours"
     if any(directory.iterdir()) and not holds_summary(directory):
         return "holds no valid summary.json, so it is not a result of ours"
-    return ""
+    return why_corrections_are_lost(directory, kind.corrections)
+
+
+def why_corrections_are_lost(directory: Path, corrections: Collection[Correction]) -> str:
+    """Say which corrections a directory holds beside these; empty where it holds no other."""
+    try:
+        lost = [told for told in kept_corrections(directory) if told not in corrections]
+    except BadInput:
+        return f"holds a {CORRECTIONS_FILE} that cannot be read, which a person may have written"
+    if not lost:
+        return ""
+    return (
+        f"holds corrections by hand that would be lost ({lost[0].frames_in_words}, by "
+        f"{lost[0].by}), and which `worm replay --corrections` of this directory takes over"
+    )
 
 
 def foreign_items(directory: Path, kind: ResultKind) -> Iterator[str]:

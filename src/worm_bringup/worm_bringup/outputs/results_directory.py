@@ -19,12 +19,14 @@ from worm_bringup.outputs.earlier_result import (
     ResultKind,
     holds_summary,
     remove_result,
+    why_corrections_are_lost,
     why_not_replaceable,
 )
 from worm_bringup.outputs.exchange import put_in_place_of
 from worm_bringup.outputs.output_lock import InUse, is_in_use, output_lock
 from worm_bringup.outputs.output_rules import resolve_out
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.files.corrections import Correction, kept_corrections
 from worm_msgs_py.ros.running import finish_despite_signals
 from worm_msgs_py.text import printable
 
@@ -87,7 +89,8 @@ def results_directory(out: Path, kind: ResultKind = TRIAL, *, live: bool = False
     ------
     BadInput
         `out` is no place for results (see `output_rules`), holds something that is not an earlier
-        result, is written to by another process, or cannot be written.
+        result, or corrections that would be lost, is written to by another process, or cannot be
+        written.
     Kept
         See above.
     """
@@ -206,10 +209,21 @@ def _tidy(place: Path, out: Path, kind: ResultKind) -> None:
         elif purpose in ("partial", "live") and holds_summary(item):
             kept = _shown(_keep(item, place), out)
             _tell(f"{kept}: finished results of a run into {out} that was killed")
+        elif purpose == "old" and why_corrections_are_lost(item, _corrections_in(place)):
+            kept = _shown(_keep(item, place), out)
+            _tell(f"{kept}: what a run into {out} that was killed has replaced, with corrections")
         elif purpose in ("old", "partial"):
             remove_result(item, kind)
         elif purpose == "live":
             _tell(f"{_shown(item, out)}: what is left of a live trial that was killed")
+
+
+def _corrections_in(place: Path) -> tuple[Correction, ...]:
+    """Return the corrections of a result; none where they cannot be read."""
+    try:
+        return kept_corrections(place)
+    except BadInput:
+        return ()
 
 
 def _tell(said: str) -> None:

@@ -168,7 +168,7 @@ def read_corrections(path: Path) -> tuple[Correction, ...]:
         found = read_json(file, _MOST_BYTES)
     except FileNotFoundError:
         raise BadInput(
-            f"{file}: there are no corrections: `worm review` of the results makes them"
+            f"{file}: is not there: give a corrections.json, or results that hold one"
         ) from None
     except (OSError, ValueError) as error:
         raise _no_corrections(file, f"cannot be read ({error})") from None
