@@ -11,6 +11,7 @@ from crawling_worm import (
     NOISY,
     SMALL_RIG,
     arc,
+    around,
     crawl,
     errors,
     film,
@@ -22,8 +23,9 @@ from crawling_worm import (
 
 from worm_model.simulator.rig import Rig, draw
 from worm_msgs_py import Status
+from worm_tracker.calibration.rig_monitor import RigMonitorSettings
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.tracker import Tracker
+from worm_tracker.tracker import Tracker, TrackerSettings
 
 LENGTH, WIDTH = 110.0, 12.0
 
@@ -219,3 +221,80 @@ def test_a_worm_that_fills_the_exit_does_not_hide_it_for_ever():
     tracker, given = track(film(rig, bodies))
     assert_same(tracker.geometry.chambers[0], rig.chambers[0])
     assert given[-1].state.status is Status.TRACKED
+
+
+def exit_off_sd(found, true):
+    """Return by how many of its standard deviations the width of an exit is off."""
+    return abs(found.exit_width_m - true.exit_width_m) / found.exit_width_sd_m
+
+
+def before_the_exit(inside_px, beyond_px=0.0):
+    """Return a path along the wall, so far inside it, and where on it the exit's middle lies."""
+    phi = SMALL_RIG.exit_rad + np.linspace(-2.5, 2.5, 20000)
+    path = around(SMALL_RIG, phi, np.full_like(phi, SMALL_RIG.radius_px - inside_px))
+    return path, arc(path)[10000] + LENGTH / 2 + beyond_px
+
+
+@pytest.mark.parametrize("inside_px", [12.0, 17.0, 26.0])
+@pytest.mark.parametrize("beyond_px", [-60.0, 0.0, 40.0])
+def test_no_worm_before_the_exit_makes_its_width_sure_and_wrong(inside_px, beyond_px):
+    path, head = before_the_exit(inside_px, beyond_px)
+    tracker = Tracker()
+    tracker.push(film(SMALL_RIG, crawl(path, LENGTH, WIDTH, [head]))[0], 0)
+    found = tracker.geometry.chambers[0]
+    hidden = math.isnan(found.exit_width_m)
+    assert hidden or exit_off_sd(found, SMALL_RIG.chambers[0]) < 4.0
+
+
+def test_the_width_is_measured_once_the_worm_has_left_the_water_before_the_exit():
+    path, head = before_the_exit(17.0)
+    heads = head + np.concatenate([np.zeros(8), np.linspace(0.0, 150.0, 40)])
+    tracker, _ = track(film(SMALL_RIG, crawl(path, LENGTH, WIDTH, heads)))
+    (change,) = tracker.changes
+    assert "found" in change.why
+    assert exit_off_sd(tracker.geometry.chambers[0], SMALL_RIG.chambers[0]) < 4.0
+
+
+def test_a_worm_in_the_exit_of_one_chamber_leaves_that_of_the_other_in_view():
+    rig = Rig(
+        width_px=1009,
+        height_px=290,
+        px_per_mm=13.0,
+        centre_px=(147.3, 142.6),
+        exit_width_mm=2.0,
+        chamber_b=True,
+        optics=NOISY,
+    )
+    path = radial_path(rig)
+    head = arc(path)[np.argmax(np.hypot(*(path - rig.centre_px).T) > rig.radius_px)] + 20.0
+    tracker = Tracker()
+    tracker.push(film(rig, crawl(path, 80.0, 6.0, [head]))[0], 0)
+    for found, true in zip(tracker.geometry.chambers, rig.chambers, strict=True):
+        assert exit_off_sd(found, true) < 4.0
+
+
+@pytest.mark.parametrize("disturbed", [0, 3])
+def test_a_width_that_one_picture_of_many_shows_otherwise_is_corrected(disturbed):
+    path, head = before_the_exit(90.0)
+    pictures = film(SMALL_RIG, crawl(path, LENGTH, WIDTH, head + 1.0 * np.arange(8)))
+    # What is no worm lies before the exit: the wall's grey, on all the water that W rests on.
+    _, shaded = before_the_exit(12.0)
+    lies = crawl(before_the_exit(12.0)[0], 60.0, 10.0, [shaded - LENGTH / 2 + 30.0])
+    with_it = np.minimum(pictures[disturbed], film(SMALL_RIG, lies)[0])
+    pictures[disturbed] = with_it
+    first, later = frames_of_two_looks(pictures)
+    true = SMALL_RIG.chambers[0]
+    assert (exit_off_sd(first.chambers[0], true) > 4.0) == (disturbed == 0)
+    assert exit_off_sd(later.chambers[0], true) < 4.0
+    assert later.version == (2 if disturbed == 0 else 1)
+
+
+def frames_of_two_looks(pictures):
+    """Return the geometry of the first frame and of the last, looked at in frames 0, 1, 3 and 7."""
+    rig = RigMonitorSettings(first_retry_ns=FRAME_NS)
+    tracker = Tracker(TrackerParameters(), TrackerSettings(rig=rig))
+    tracker.push(pictures[0], 0)
+    first = tracker.geometry
+    for frame, picture in enumerate(pictures[1:], 1):
+        tracker.push(picture, frame * FRAME_NS)
+    return first, tracker.geometry

@@ -22,6 +22,11 @@ class CalibrationSettings:
 
     most_exit_off_rad: float = radians(3.0)
     """How far an exit may point past the other chamber's centre: the passage is straight."""
+    least_ends_apart_px: float = 1.0
+    least_ends_ratio_off: float = 0.05
+    """By how much, and by which part of the wider one, two ends of a passage must differ in width
+    for one to be disturbed: fits agree to 0.1 px, a worm on the water makes up to 4 px, and a mill
+    is not exact."""
     black_grey: float = 8.0
     saturated_grey: float = 247.0
     least_contrast_grey: float = 12.0
@@ -102,35 +107,42 @@ def with_shared_passage(
     """Give two chambers that share a passage its width, where a worm hides one of its ends.
 
     The passage is straight, from circle to circle: an exit that points elsewhere, or was not seen,
-    lies towards the other chamber's centre.
+    lies towards the other chamber's centre. Of two widths that differ one is disturbed.
     """
     if len(chambers) < 2 or not any(isfinite(chamber.exit_width_m) for chamber in chambers):
         return chambers
-    seen = []
-    for chamber, other in zip(chambers, chambers[::-1], strict=True):
-        right = other.centre_u_px - chamber.centre_u_px
-        towards = atan2(chamber.centre_v_px - other.centre_v_px, right)
-        off = abs(remainder(chamber.exit_rad - towards, tau))
-        faces = isfinite(chamber.exit_width_m) and off < settings.most_exit_off_rad
-        sd = hypot(chamber.centre_sd_px, other.centre_sd_px) / hypot(
-            right, chamber.centre_v_px - other.centre_v_px
-        )
-        seen.append(
-            chamber
-            if faces
-            else replace(chamber, exit_rad=towards, exit_width_m=nan, exit_sd_rad=sd)
-        )
-    known = [c for c in seen if isfinite(c.exit_width_m)]
+    a, b = chambers
+    right, up = b.centre_u_px - a.centre_u_px, a.centre_v_px - b.centre_v_px
+    sd = hypot(a.centre_sd_px, b.centre_sd_px) / hypot(right, up)
+    towards = {a.name: atan2(up, right), b.name: atan2(-up, -right)}
+    off = {c.name: abs(remainder(c.exit_rad - towards[c.name], tau)) for c in chambers}
+    known = [
+        c for c in chambers if isfinite(c.exit_width_m) and off[c.name] < settings.most_exit_off_rad
+    ]
     if not known:
         return chambers
-    # A worm in the exit can only make it look narrower.
-    widest = max(known, key=lambda chamber: chamber.exit_width_m)
-    width_m, width_sd_m = widest.exit_width_m, widest.exit_width_sd_m
+    if len(known) == 2:
+        narrow, wide = sorted(known, key=lambda chamber: chamber.exit_width_m)
+        apart_m = wide.exit_width_m - narrow.exit_width_m
+        least_px = settings.least_ends_apart_px
+        least_m = max(least_px / wide.px_per_m, settings.least_ends_ratio_off * wide.exit_width_m)
+        if apart_m > least_m:
+            # A worm along an edge narrows an exit, and turns its middle by half as much; one on the
+            # water before it makes both edges seem farther out.
+            turned = off[narrow.name] - off[wide.name] > apart_m / 4 / narrow.radius_m
+            known = [wide] if turned else [narrow]
+    width_m, width_sd_m = known[0].exit_width_m, known[0].exit_width_sd_m
     return tuple(
         c
-        if isfinite(c.exit_width_m)
-        else replace(c, exit_width_m=width_m, exit_width_sd_m=width_sd_m)
-        for c in seen
+        if c in known
+        else replace(
+            c,
+            exit_rad=towards[c.name],
+            exit_sd_rad=sd,
+            exit_width_m=width_m,
+            exit_width_sd_m=width_sd_m,
+        )
+        for c in chambers
     )
 
 

@@ -130,20 +130,32 @@ def _agreed(seen: list[Chamber]) -> Chamber:
     )
     if 2 * len(open_) <= len(seen):
         return replace(agreed, exit_width_m=nan, exit_width_sd_m=nan, exit_sd_rad=nan)
-    width_m, width_sd_m = _median(open_, "exit_width_m", "exit_width_sd_m")
-    turns = _values(open_, "exit_rad")
+    return with_agreed_exit(agreed, open_)
+
+
+def with_agreed_exit(chamber: Chamber, seen: Sequence[Chamber]) -> Chamber:
+    """Return a chamber with the exit that looks at it agree on: medians, and their uncertainty.
+
+    Parameters
+    ----------
+    chamber : Chamber
+    seen : sequence of Chamber
+        The same one, with the exit that each look showed.
+    """
+    width_m, width_sd_m = _median(seen, "exit_width_m", "exit_width_sd_m")
+    turns = _values(seen, "exit_rad")
     off_rad = np.angle(np.exp(1j * (turns - turns[0])))
-    turn_sd = max(float(np.median(_values(open_, "exit_sd_rad"))), _scatter(off_rad))
+    turn_sd = max(float(np.median(_values(seen, "exit_sd_rad"))), _scatter(off_rad))
     return replace(
-        agreed,
+        chamber,
         exit_rad=float(turns[0] + np.median(off_rad)),
-        exit_sd_rad=hypot(COMMON_EDGE_SD_PX / radius, turn_sd),
+        exit_sd_rad=hypot(COMMON_EDGE_SD_PX / chamber.radius_px, turn_sd),
         exit_width_m=width_m,
         exit_width_sd_m=width_sd_m,
     )
 
 
-def _median(chambers: list[Chamber], name: str, sd_name: str) -> tuple[float, float]:
+def _median(chambers: Sequence[Chamber], name: str, sd_name: str) -> tuple[float, float]:
     """Return the median of a number, and the larger of its fits' own sd and its scatter.
 
     The latter is NaN where the number was given.
@@ -152,7 +164,7 @@ def _median(chambers: list[Chamber], name: str, sd_name: str) -> tuple[float, fl
     return float(np.median(values)), max(own, _scatter(values)) if isfinite(own) else nan
 
 
-def _values(chambers: list[Chamber], name: str) -> Floats:
+def _values(chambers: Sequence[Chamber], name: str) -> Floats:
     return np.array([getattr(chamber, name) for chamber in chambers], np.float64)
 
 

@@ -22,6 +22,17 @@ class ExitFitSettings:
     simulated pictures with noise of 3 grey levels and a blur of 0.6 to 2 px."""
 
 
+def water_radius_px(wall_radius_px: float) -> float:
+    """Return the radius at which the water before an exit is taken: a worm there falsifies W."""
+    return 0.97 * wall_radius_px - 6.0
+
+
+def passage_radii_px(wall_radius_px: float) -> Floats:
+    """Return the radii, just outside the wall, at which the passage's edges are taken."""
+    step = float(np.clip(0.0125 * wall_radius_px, 1.0, 5.0))
+    return wall_radius_px + np.arange(3.0, 3.0 + 6 * step, step)
+
+
 @dataclass(frozen=True, slots=True)
 class FittedExit:
     """The straight passage that opens into a chamber.
@@ -51,8 +62,7 @@ def find_exit(
     asin(W/2r) to either side of its axis, wherever the half-height between water and wall is
     passed; the axis and the width are the means over the radii.
     """
-    step = float(np.clip(0.0125 * circle.radius, 1.0, 5.0))
-    radii = circle.radius + np.arange(3.0, 3.0 + 6 * step, step)
+    radii = passage_radii_px(circle.radius)
     n = int(np.ceil(2 * np.pi * circle.radius * 2))
     angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
     outside = radial_profiles(picture, circle, radii, angles)
@@ -112,7 +122,7 @@ def _local_half(
     """Return the half-height between the water and the wall on either side of a gap."""
     n, width = len(angles), stop - start
     inside = angles[np.arange(start, stop + 1) % n]
-    near = np.array([0.97 * circle.radius - 6.0])
+    near = np.array([water_radius_px(circle.radius)])
     water = np.nanmedian(radial_profiles(picture, circle, near, inside))
     reach = max(16, width // 2)
     beside = [np.arange(start - reach, start - 8), np.arange(stop + 9, stop + reach + 1)]

@@ -1,5 +1,6 @@
-"""Keeps the rig's geometry true: an exit that the worm hid at first, a camera that is bumped."""
+"""Keeps the rig's geometry true: an exit hidden or disturbed at first, a camera that is bumped."""
 
+from collections import deque
 from dataclasses import dataclass, field, replace
 from math import hypot, isfinite, nan, radians, remainder, tau
 
@@ -15,8 +16,14 @@ from worm_tracker.calibration.calibrate import (
     passage_length,
     with_shared_passage,
 )
+from worm_tracker.calibration.calibrate_pictures import with_agreed_exit
 from worm_tracker.calibration.circle_fit import FittedCircle, fit_circle
-from worm_tracker.calibration.exit_fit import FittedExit, find_exit
+from worm_tracker.calibration.exit_fit import (
+    FittedExit,
+    find_exit,
+    passage_radii_px,
+    water_radius_px,
+)
 from worm_tracker.calibration.motion_detector import MotionDetector, MotionDetectorSettings
 from worm_tracker.parameters import TrackerParameters
 
@@ -29,8 +36,14 @@ class RigMonitorSettings:
     """How far the worm's contour must be from an exit for the exit to be measured."""
     first_retry_ns: int = NS_PER_S
     most_retry_ns: int = 60_000_000_000
-    """Stamps between two attempts to find an exit that the worm hid: at first, and at most, as they
-    double each time."""
+    """Stamps between two looks at the exits: at first, and at most, as they double each time."""
+    least_looks: int = 3
+    kept_looks: int = 5
+    """Looks at an exit from which on they may correct it, with the doubling after 3 s of one that
+    is never hidden; and how many are kept, the last ones."""
+    most_exit_width_off_px: float = 0.5
+    """Looks that differ by more show that something lay before the exit; fits of one exit agree to
+    0.1 px."""
     search_again_ns: int = 250_000_000
     """Stamps between two attempts to find a rig that has moved and is not seen any more."""
     least_move_px: float = 0.15
@@ -101,6 +114,9 @@ class RigMonitor:
         self.geometry = self.assumed
         watched = bool(self.geometry.chambers) and not parameters.chamber_given
         self._motion = MotionDetector(picture, self.geometry, settings.motion) if watched else None
+        self._looks: dict[str, deque[Chamber]] = {
+            chamber.name: deque(maxlen=settings.kept_looks) for chamber in self.assumed.chambers
+        }
         self._retry_ns = settings.first_retry_ns
         self._due_ns = stamp_ns + self._retry_ns
         self._search_ns = stamp_ns
@@ -113,6 +129,9 @@ class RigMonitor:
             else replace(chamber, exit_width_m=nan, exit_sd_rad=nan, exit_width_sd_m=nan)
             for chamber in self.assumed.chambers
         )
+        for chamber in chambers:
+            if isfinite(chamber.exit_width_m):
+                self._looks[chamber.name].append(chamber)
         self.geometry = replace(self.assumed, chambers=self._with_shared_passage(chambers))
 
     def check(
@@ -131,26 +150,49 @@ class RigMonitor:
         if motion is not None and stamp_ns >= self._search_ns and motion.moved(picture):
             self._search_ns = stamp_ns + self._settings.search_again_ns
             return self._follow(picture, stamp_ns, contour)
-        hidden = any(not isfinite(c.exit_width_m) for c in self.geometry.chambers)
-        if hidden and contour is not None and stamp_ns >= self._due_ns:
-            self._due_ns = stamp_ns + self._retry_ns
-            return self._complete(picture, stamp_ns, contour)
+        if stamp_ns >= self._due_ns and not self._parameters.exit_given:
+            return self._look_at_exits(picture, stamp_ns, contour)
         return None
 
-    def _complete(self, picture: Picture, stamp_ns: int, contour: Floats) -> GeometryChange | None:
-        """Look for the exits that have not been seen yet."""
+    def _look_at_exits(
+        self, picture: Picture, stamp_ns: int, contour: Floats | None
+    ) -> GeometryChange | None:
+        """Look for the exits that have not been seen yet, and once more at those that have."""
+        old = self.geometry.chambers
+        if contour is None and any(not isfinite(chamber.exit_width_m) for chamber in old):
+            return None  # a worm that is not seen may be what hides it
+        self._due_ns = stamp_ns + self._retry_ns
         self._retry_ns = min(2 * self._retry_ns, self._settings.most_retry_ns)
-        chambers = tuple(
-            chamber
-            if isfinite(chamber.exit_width_m)
-            else self._with_exit(picture, chamber, contour)
-            for chamber in self.geometry.chambers
-        )
-        if chambers == self.geometry.chambers:
+        chambers = tuple(self._looked_at(picture, chamber, contour) for chamber in old)
+        if chambers == old:
             return None
-        return self._adopt(picture, stamp_ns, chambers, None, "the exit was found")
+        if any(
+            isfinite(new.exit_width_m) > isfinite(chamber.exit_width_m)
+            for new, chamber in zip(chambers, old, strict=True)
+        ):
+            self._retry_ns = self._settings.first_retry_ns
+            return self._adopt(picture, stamp_ns, chambers, None, "the exit was found")
+        looks = max(len(self._looks[chamber.name]) for chamber in old)
+        why = f"the exit was disturbed: {looks} pictures agree on its width"
+        return self._adopt(picture, stamp_ns, chambers, None, why)
 
-    def _with_exit(self, picture: Picture, chamber: Chamber, contour: Floats) -> Chamber:
+    def _looked_at(self, picture: Picture, chamber: Chamber, contour: Floats | None) -> Chamber:
+        """Return a chamber with its exit as this picture, or this and those before, show it."""
+        looks, settings = self._looks[chamber.name], self._settings
+        seen = self._with_exit(picture, chamber, contour)
+        if seen is chamber:
+            return chamber
+        looks.append(seen)
+        if not isfinite(chamber.exit_width_m):
+            return seen
+        if len(looks) < settings.least_looks:
+            return chamber
+        agreed = with_agreed_exit(chamber, looks)
+        off_m = max(abs(agreed.exit_width_m - chamber.exit_width_m), agreed.exit_width_sd_m)
+        believed = off_m * chamber.px_per_m < settings.most_exit_width_off_px
+        return chamber if believed else agreed
+
+    def _with_exit(self, picture: Picture, chamber: Chamber, contour: Floats | None) -> Chamber:
         """Return a chamber with its exit, if it is in view and clear of the worm."""
         circle = FittedCircle(
             chamber.centre_u_px,
@@ -250,13 +292,18 @@ class RigMonitor:
         return with_shared_passage(chambers, self._settings.calibration)
 
     def _is_clear(self, chamber: Chamber, contour: Floats | None) -> bool:
-        """Tell whether the worm's contour keeps off a chamber's exit."""
+        """Tell whether the worm's contour keeps off all that an exit is measured by."""
         if contour is None or not len(contour) or not isfinite(chamber.exit_width_m):
             return True
         x, y = chamber.to_metres(contour[:, 0].astype(np.float64), contour[:, 1].astype(np.float64))
         margin = self._settings.clear_of_exit_px / chamber.px_per_m
-        at_exit = (x > 0) & (np.hypot(x, y) > chamber.radius_m - margin)
-        return not bool((at_exit & (np.abs(y) < chamber.exit_width_m / 2 + 4 * margin)).any())
+        r, aside = np.hypot(x, y), np.abs(y) - chamber.exit_width_m / 2
+        beside = (r > chamber.radius_m - margin) & (aside < 4 * margin)
+        water_m = water_radius_px(chamber.radius_px) / chamber.px_per_m - margin
+        before = (r > water_m) & (aside < 0)
+        farthest_m = passage_radii_px(chamber.radius_px)[-1] / chamber.px_per_m + margin
+        near = (x > 0) & (r < farthest_m)  # the other chamber lies in line with the passage
+        return not bool((near & (beside | before)).any())
 
     def _adopt(
         self,
@@ -269,6 +316,9 @@ class RigMonitor:
     ) -> GeometryChange:
         """Take a new version of the geometry."""
         chambers = self._with_shared_passage(chambers)
+        if motion is not None:
+            for looks in self._looks.values():
+                looks.clear()  # they show the rig where it was
         self.geometry = replace(
             self.geometry,
             version=self.geometry.version + 1,
