@@ -5,8 +5,11 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
 
 import pytest
+
+from worm_bringup.graph.nodes import parameters_of
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = {
@@ -61,13 +64,91 @@ def test_colcon_builds_and_installs_nodes_and_launch_files(tmp_path):
     ]
 
 
-@pytest.mark.parametrize("name", ["replay", "live"])
-def test_launch_files_describe_the_graph(name):
-    pytest.importorskip("launch_ros", reason="no wheel of it is published")
+def launch_file(name):
+    """Return what a launch file defines."""
     path = ROOT / "src" / "worm_bringup" / "launch" / f"{name}.launch.py"
     scope = {}
     exec(compile(path.read_text(), path, "exec"), scope)
-    assert scope["generate_launch_description"]().entities
+    return scope
+
+
+@pytest.mark.parametrize("name", ["replay", "live"])
+def test_launch_files_describe_the_graph(name):
+    pytest.importorskip("launch_ros", reason="no wheel of it is published")
+    assert launch_file(name)["generate_launch_description"]().entities
+
+
+@pytest.fixture
+def launched(monkeypatch):
+    """Return the nodes that a launch file starts, where a stand-in takes the place of launch.
+
+    The stand-in notes what launch is given, by the names that launch has for it.
+    """
+    names = {
+        "launch": ["LaunchDescription"],
+        "launch.actions": ["DeclareLaunchArgument", "OpaqueFunction"],
+        "launch_ros": [],
+        "launch_ros.actions": ["Node"],
+        "launch_ros.parameter_descriptions": ["ParameterValue"],
+    }
+    for module, kinds in names.items():
+        stand_in = ModuleType(module)
+        for kind in kinds:
+            setattr(stand_in, kind, lambda *given, **named: SimpleNamespace(given=given, **named))
+        monkeypatch.setitem(sys.modules, module, stand_in)
+
+    def launch(name, **told):
+        (entities,) = launch_file(name)["generate_launch_description"]().given
+        *arguments, action = entities
+        defaults = {argument.given[0]: argument.default_value for argument in arguments}
+        assert set(told) <= set(defaults)
+        return action.function(SimpleNamespace(launch_configurations={**defaults, **told}))
+
+    return launch
+
+
+def parameters_given(node):
+    """Return the words that a node is given, by name; each is one that the node takes."""
+    declared = {one.name: one for one in parameters_of(node.executable)}
+    given = {name: value for each in node.parameters if isinstance(each, dict)
+             for name, value in each.items()}  # fmt: skip
+    for name, value in given.items():
+        (word,) = value.given
+        assert value.value_type is declared[name].kind
+        typed = word == "true" if value.value_type is bool else value.value_type(word)
+        assert not declared[name].refusal(typed)
+    return {name: value.given[0] for name, value in given.items()}
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("replay", {"bag": "b", "out": "o", "rate": "2.5", "no_chamber": "true"}),
+        ("live", {"camera": "/dev/video0", "record": "r", "out": "o", "polarity": "bright"}),
+        ("live", {"topic": "/camera/image_raw", "out": "o"}),
+    ],
+)
+def test_a_launch_file_gives_each_node_the_rig_file_and_before_it_what_is_told(
+    launched, name, told, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    for there in ("b", "o"):
+        (tmp_path / there).mkdir()
+    nodes = launched(name, rig="rig.yaml", namespace="/rig1", **told)
+    assert {node.executable for node in nodes} >= {"tracker", "analysis", "model", "recorder"}
+    assert {node.namespace for node in nodes} == {"/rig1"}
+    assert {node.parameters[0] for node in nodes} == {"rig.yaml"}  # what comes later counts
+    given = [parameters_given(node) for node in nodes]
+    assert {k: v for each in given for k, v in each.items()} == told
+    # What is not told is left to the rig file and the node: no default of the launch file's.
+    bare = launched(name, rig="rig.yaml")
+    assert not any(parameters_given(node) for node in bare)
+    assert all(node.parameters == [] for node in launched(name))
+
+
+def test_a_live_trial_without_a_place_for_results_starts_no_recorder(launched):
+    nodes = launched("live", camera="/dev/video0")
+    assert [node.executable for node in nodes] == ["model", "analysis", "tracker", "camera"]
 
 
 @pytest.fixture
