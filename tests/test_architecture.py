@@ -11,7 +11,7 @@ MAY_IMPORT = {
     "worm_tracker": {"worm_msgs_py"},
     "worm_analysis": {"worm_msgs_py"},
     "worm_model": {"worm_msgs_py"},
-    "worm_monitor": {"worm_msgs_py", "worm_tracker"},
+    "worm_monitor": {"worm_msgs_py", "worm_tracker", "worm_analysis"},
     "worm_bringup": {
         "worm_msgs_py",
         "worm_tracker",

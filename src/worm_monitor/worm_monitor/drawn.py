@@ -1,10 +1,10 @@
 """What the page draws over a picture, as JSON: the rig, and where the body is."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from worm_monitor.json_numbers import rounded, rounded_all
-from worm_msgs_py import BodyState, Chamber
+from worm_msgs_py import Chamber
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_msgs_py.units import MM_PER_M
 
@@ -26,21 +26,30 @@ def drawn_chambers(chambers: Iterable[Chamber]) -> list[dict[str, Any]]:
     ]
 
 
-def drawn_pose(state: BodyState) -> dict[str, Any]:
-    """Return head, centroid and tail, and what decides how they look."""
-    points = {
-        name: rounded_all((point.u_px, point.v_px))
-        for name, point in (
-            ("head", state.head),
-            ("centroid", state.centroid),
-            ("tail", state.tail),
-        )
-    }
+def drawn_pose(
+    frame: int,
+    status: str,
+    certainty: float,
+    points: Mapping[str, tuple[float, float]],
+    size_px: tuple[float, float],
+) -> dict[str, Any]:
+    """Return where head, centroid and tail are, and what decides how they look.
+
+    Parameters
+    ----------
+    status : str
+        Its label.
+    certainty : float
+        That head and tail are not exchanged.
+    points : mapping of name to (u, v)
+    size_px : (float, float)
+        Width and length of the body.
+    """
     return {
-        **points,
-        "frame": state.frame,
-        "status": state.status.label,
-        "sure": state.head_certainty >= SURE_HEAD_CERTAINTY,
-        "width_px": rounded(state.width_px, 3),
-        "length_px": rounded(state.length_px, 4),
+        **{name: rounded_all(point) for name, point in points.items()},
+        "frame": frame,
+        "status": status,
+        "sure": certainty >= SURE_HEAD_CERTAINTY,
+        "width_px": rounded(size_px[0], 3),
+        "length_px": rounded(size_px[1], 4),
     }

@@ -23,7 +23,7 @@ from worm_msgs_py import (
     Quantity,
     SourceEvent,
 )
-from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
+from worm_msgs_py.contract.body import KEYPOINTS, SURE_HEAD_CERTAINTY
 from worm_msgs_py.units import MM_PER_M, NS_PER_S
 
 MOST_POSES = 512
@@ -93,7 +93,7 @@ class Shown:
             self._first_ns = state.stamp_ns
         self._state, self._last_s, self._latency_s = state, now_s, latency_s
         self._rates["done"].take(state.frame + 1, now_s)
-        self._poses[state.stamp_ns] = drawn_pose(state)
+        self._poses[state.stamp_ns] = _pose(state)
         while len(self._poses) > MOST_POSES:
             self._poses.popitem(last=False)
 
@@ -270,6 +270,17 @@ class Shown:
     def _put(self, name: str, told: Any) -> None:
         self._sections[name] = told
         self._changed.add(name)
+
+
+def _pose(state: BodyState) -> dict[str, Any]:
+    points = {name: getattr(state, name) for name in KEYPOINTS}
+    return drawn_pose(
+        state.frame,
+        state.status.label,
+        state.head_certainty,
+        {name: (point.u_px, point.v_px) for name, point in points.items()},
+        (state.width_px, state.length_px),
+    )
 
 
 def _row(time_s: float, seen: Observables) -> JsonRow:

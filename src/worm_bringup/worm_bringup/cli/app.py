@@ -19,6 +19,7 @@ from worm_bringup.cli.node import node
 from worm_bringup.cli.repair import repair
 from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
+from worm_bringup.cli.review import review
 from worm_bringup.cli.simulate import simulate
 from worm_bringup.cli.usage import UsageFault, usage_line
 from worm_bringup.outputs.results_directory import Kept
@@ -68,6 +69,7 @@ for command in (
     analyse,
     evaluate,
     report,
+    review,
     export,
     doctor,
 ):

@@ -294,14 +294,14 @@ class TrackerOptions:
         if self.circle_b_px is not None:
             names = ("centre_b_u_px", "centre_b_v_px", "radius_b_px")
             given |= dict(zip(names, self.circle_b_px, strict=True))
-        for option, (name, unit) in _TRACKER_NUMBERS.items():
+        for option, (name, unit) in TRACKER_NUMBERS.items():
             if options[option] is not None:
                 given[name] = options[option] * unit
         TrackerParameters(**given)
         return given
 
 
-_TRACKER_NUMBERS = {
+TRACKER_NUMBERS = {
     "radius_mm": ("radius_m", 1e-3),
     "exit_deg": ("exit_deg", 1.0),
     "exit_width_mm": ("exit_width_m", 1e-3),

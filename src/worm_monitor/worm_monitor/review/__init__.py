@@ -1,0 +1,1 @@
+"""The page on which a person looks through a trial and sets right what the tracker took wrongly."""

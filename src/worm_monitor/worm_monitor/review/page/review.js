@@ -1,0 +1,445 @@
+// The page: a trial frame by frame, and which end of the worm is the head put right.
+
+import * as plot from "./plots.js";
+import { Picture } from "./picture.js";
+import { clock, plain, tiles } from "./tiles.js";
+import { bands, nearest, rowsWithin, runs, trace } from "./traces.js";
+import { list, words } from "./lists.js";
+
+const LOOK_EVERY_MS = 2000;
+const LEAST_S = 0.5;
+const DRAG_PX = 4;
+const LONG_STEP = 30;
+const PLOTS = ["radius", "theta", "psi", "certainty"];
+const id = (name) => document.getElementById(name);
+const picture = new Picture(id("picture"), id("closeup"));
+let trial = null, data = {}, curves = {}, gap = Infinity, places = {};
+let kept = { version: null, entries: [], refused: "", damaged: "" };
+const view = { row: 0, shown: null, range: [0, 1], span: 0, mark: null, place: -1, dirty: false, reading: false };
+
+async function open() {
+  trial = await (await fetch("trial")).json();
+  const all = new Float32Array(await (await fetch("columns")).arrayBuffer());
+  trial.columns.forEach((name, k) => { data[name] = all.subarray(k * trial.frames, (k + 1) * trial.frames); });
+  const steps = Array.from(data.t.subarray(1, 200), (t, k) => t - data.t[k]).sort((a, b) => a - b);
+  gap = 3.5 * (steps[steps.length >> 1] ?? 1);
+  id("name").textContent = trial.name;
+  document.title = `${trial.name}: review`;
+  id("by").value = trial.by;
+  id("command").textContent = trial.command;
+  fillLists();
+  choose(0);
+  wire();
+  take(await (await fetch("corrections")).json());
+  go(0);
+  setInterval(look, LOOK_EVERY_MS);
+}
+
+// --- what is exchanged ---
+
+function swapped(pairs) {
+  const found = new Uint8Array(trial.frames);
+  for (const [first, last] of pairs) {
+    for (let row = rowOf(first); row < found.length && (last === null || data.frame[row] <= last); row += 1) found[row] = 1;
+  }
+  return found;
+}
+
+function take(told) {
+  kept = told;
+  const before = swapped(trial.applied);
+  const wished = swapped(told.entries.filter(({ what }) => what === "swap_head").map((entry) => [entry.first_frame, entry.last_frame]));
+  const changed = wished.map((is, k) => is ^ before[k]);
+  const either = (name) => data[name].map((value, k) => (changed[k] ? data[`${name}_exchanged`][k] : value));
+  const other = data.r_exchanged.map((value, k) => (changed[k] ? data.r[k] : value));
+  curves = {
+    wished, changed, r: either("r"), other, theta: either("theta"), psi: either("psi"),
+    certainty: data.certainty.map((value, k) => (changed[k] ? NaN : value)),
+    contacts: runs(trial.frames, (k) => data.contact[k] === 1 && !changed[k]),
+    exchanged: runs(trial.frames, (k) => wished[k]),
+  };
+  showCorrections();
+  pose();
+  mark();
+}
+
+async function look() {
+  if (document.hidden) return;
+  try {
+    const told = await (await fetch("corrections")).json();
+    link("");
+    if (told.version !== kept.version || told.damaged !== kept.damaged) take(told);
+  } catch {
+    link("no connection: `worm review` has ended");
+  }
+}
+
+async function change(asked) {
+  try {
+    const answer = await fetch("corrections", {
+      method: "POST", headers: { "Content-Type": "application/json" },
+      body: JSON.stringify({ based_on: kept.version, ...asked }),
+    });
+    take(await answer.json());
+    return !kept.refused;
+  } catch {
+    link("no connection: nothing was changed");
+    return false;
+  }
+}
+
+function link(text) {
+  id("link").textContent = text;
+  id("link").classList.toggle("gone", Boolean(text));
+}
+
+async function exchange() {
+  const [first, last] = ["first", "last"].map((name) => Number(id(name).value));
+  if (!(id("first").value.trim() && id("last").value.trim())) { refuse("say from which frame to which: [ and ], or drag over a plot"); return; }
+  if (await change({ add: { first, last, by: id("by").value, note: id("note").value } })) {
+    id("note").value = "";
+    select(null);
+  }
+}
+
+function refuse(text) {
+  id("refused").textContent = text;
+  id("refused").hidden = !text;
+}
+
+// --- which frame is shown ---
+
+const rowOf = (frame) => {
+  let low = 0, high = trial.frames;
+  while (low < high) { const k = (low + high) >> 1; if (data.frame[k] < frame) low = k + 1; else high = k; }
+  return low;
+};
+
+function go(row) {
+  view.row = Math.min(trial.frames - 1, Math.max(0, row));
+  const t = data.t[view.row], [begin, end] = view.range;
+  if (t < begin || t > end) centre();
+  mark();
+  read();
+}
+
+// Read pictures one at a time: of many that were asked for meanwhile the last.
+async function read() {
+  if (view.reading) return;
+  view.reading = true;
+  try {
+    while (view.shown?.row !== view.row) {
+      const buffer = await (await fetch(`frame?row=${view.row}`)).arrayBuffer();
+      view.shown = await picture.show(buffer);
+      pose();
+      mark();
+    }
+  } catch {
+    link("no connection: `worm review` has ended");
+  } finally {
+    view.reading = false;
+  }
+}
+
+function pose() {
+  if (!view.shown) return;
+  const { pose: found, row } = view.shown;
+  picture.shown.pose = curves.changed?.[row] ? { ...found, head: found.tail, tail: found.head, sure: true } : found;
+}
+
+function centre() {
+  const half = (view.range[1] - view.range[0]) / 2, t = data.t[view.row];
+  show(t - half, t + half);
+}
+
+function show(begin, end) {
+  const last = Math.max(data.t[trial.frames - 1], LEAST_S);
+  const long = Math.min(Math.max(end - begin, LEAST_S), last);
+  const from = Math.min(Math.max(0, begin), last - long);
+  view.range = [from, from + long];
+  view.span = long >= last ? 0 : long;
+  for (const button of id("spans").children) button.setAttribute("aria-pressed", String(Math.abs(Number(button.dataset.span) - view.span) < 0.01));
+  mark();
+}
+
+function choose(span) {
+  const t = data.t[view.row];
+  if (span) show(t - span / 2, t + span / 2);
+  else show(0, Infinity);
+}
+
+function zoom(by) {
+  const t = data.t[view.row], half = (by * (view.range[1] - view.range[0])) / 2;
+  show(t - half, t + half);
+}
+
+function select(rows) {
+  view.mark = rows;
+  id("first").value = rows ? data.frame[rows[0]] : "";
+  id("last").value = rows ? data.frame[rows[1]] : "";
+  refuse("");
+  mark();
+}
+
+function selectTyped() {
+  const [first, last] = ["first", "last"].map((name) => id(name).value.trim());
+  const rows = [first, last].map((frame) => Math.min(trial.frames - 1, rowOf(Number(frame))));
+  view.mark = first && last && rows[0] <= rows[1] ? rows : null;
+  mark();
+}
+
+function setEnd(which) {
+  id(which).value = data.frame[view.row];
+  const other = which === "first" ? "last" : "first";
+  const wrong = id(other).value && (which === "first" ? data.frame[view.row] > Number(id("last").value) : data.frame[view.row] < Number(id("first").value));
+  if (wrong) id(other).value = "";
+  refuse("");
+  selectTyped();
+}
+
+function visit(stretch) {
+  const [begin, end] = [data.t[stretch.row], data.t[stretch.last]];
+  const room = Math.max(2, end - begin);
+  select([stretch.row, stretch.last]);
+  show(begin - room, end + room);
+  go(stretch.row);
+}
+
+function nextDoubt(by) {
+  if (!trial.doubtful.length) return;
+  view.place = Math.min(trial.doubtful.length - 1, Math.max(0, view.place + by));
+  visit(trial.doubtful[view.place]);
+  id("doubtful").children[view.place].scrollIntoView({ block: "nearest" });
+}
+
+// --- what is drawn ---
+
+function mark() {
+  if (view.dirty) return;
+  view.dirty = true;
+  requestAnimationFrame(() => { view.dirty = false; draw(); });
+}
+
+function draw() {
+  drawHead();
+  if (view.shown) {
+    const { frame, t, geometry, why_blank } = view.shown;
+    picture.draw(trial.geometries[geometry]);
+    id("stamp").textContent = `${t.toFixed(2)} s, frame ${frame}${curves.changed?.[view.shown.row] ? ", exchanged" : ""}`;
+    id("blank").textContent = why_blank ? `No picture: ${why_blank}` : "";
+    id("blank").hidden = !why_blank;
+  }
+  if (curves.r) drawTime();
+}
+
+function drawHead() {
+  const { row } = view, at = (name, digits, unit) => {
+    const value = (curves[name] ?? data[name])[row];
+    return Number.isNaN(value) ? "–" : plain(Number(value.toFixed(digits)), unit);
+  };
+  id("clock").textContent = clock(data.t[row]);
+  if (document.activeElement !== id("frame")) id("frame").value = data.frame[row];
+  const changed = Boolean(curves.changed?.[row]), info = view.shown?.row === row ? view.shown : null;
+  const outcome = id("outcome");
+  if (info) {
+    outcome.textContent = info.status === "tracked" ? "tracked" : `${info.has_pose ? "" : "LOST: "}${words(info.status)}. ${info.reason}`;
+    outcome.classList.toggle("lost", !info.has_pose);
+  }
+  const contact = { 0: "no", 1: "yes" }[data.contact[row]] ?? "–";
+  const doubtful = data.certainty[row] < trial.sure;
+  tiles(id("tiles"), [
+    ["frame", `${data.frame[row]} of ${data.frame[trial.frames - 1]}`, "wide"],
+    ["where", info ? words(info.where) : "–", "wide"],
+    ["contact", changed ? "after the replay" : contact, !changed && contact === "yes" ? "on wide" : "wide"],
+    ["head certainty", changed ? "set by a person" : at("certainty", 2), !changed && doubtful ? "wrong wide" : "wide"],
+    ["r_h", at("r", 2, "mm")], ["θ_h", at("theta", 0, "°")], ["ψ_b", at("psi", 0, "°")],
+  ]);
+  for (const [name, rows] of [["events", trial.events], ["doubtful", trial.doubtful]]) {
+    const items = id(name).children;
+    for (let k = 0; k < items.length; k += 1) {
+      const of = rows[items[k].dataset.of];
+      const is = of && of.row <= row && row <= Math.max(of.last, of.row);
+      if (items[k].hasAttribute("aria-current") !== Boolean(is)) {
+        if (is) items[k].setAttribute("aria-current", "true"); else items[k].removeAttribute("aria-current");
+      }
+    }
+  }
+}
+
+function drawTime() {
+  const style = getComputedStyle(document.documentElement);
+  const tint = (name) => style.getPropertyValue(`--${name}`).trim();
+  const t = data.t, range = view.range, rows = rowsWithin(t, range);
+  rows[0] = Math.max(0, rows[0] - 1); rows[1] = Math.min(trial.frames, rows[1] + 1);
+  const xformat = (seconds) => (range[1] < 600 ? plain(Number(seconds.toFixed(2))) : `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`);
+  const R = trial.geometries[0]?.chambers[0]?.R_mm;
+  const high = 1.08 * (R ?? data.r.reduce((most, r) => (r > most ? r : most), 1));
+  const turns = [-180, -90, 0, 90, 180];
+  const axes = (name, y, options) => plot.axes(id(name), range, y, { xformat, ...options });
+  places = {
+    radius: axes("radius", [0, high], { label: "r, mm from the centre" }),
+    theta: axes("theta", [-180, 180], { label: "θₕ, degrees; exit at 0", yticks: turns }),
+    psi: axes("psi", [-180, 180], { label: "ψ_b, degrees", yticks: turns }),
+    certainty: axes("certainty", [0.45, 1.22], { label: "head certainty", yticks: [0.5, trial.sure, 1] }),
+  };
+  const { radius, theta, psi, certainty } = places, { ink } = radius;
+  for (const place of Object.values(places)) {
+    bands(place, t, curves.exchanged, tint("exchanged"));
+    if (view.mark) bands(place, t, [view.mark], tint("marked"));
+  }
+  bands(radius, t, curves.contacts, ink.contact);
+  if (R) plot.level(radius, R, ink.wall, []);
+  trace(radius, t, curves.other, rows, ink.tail, { gap, width: 0.8 });
+  trace(radius, t, curves.r, rows, ink.head, { gap });
+  plot.level(theta, 0, ink.exit);
+  trace(theta, t, curves.theta, rows, ink.head, { gap, wrap: 360 });
+  trace(psi, t, curves.psi, rows, ink.body, { gap, wrap: 360 });
+  bands(certainty, t, byTime(trial.doubtful), tint("doubt"), [0.93, 1]);
+  plot.level(certainty, trial.sure, ink.soft, [2, 3]);
+  trace(certainty, t, curves.certainty, rows, ink.head, { gap });
+  for (const place of Object.values(places)) {
+    place.label();
+    plot.upright(place, t[view.row], ink.ink);
+  }
+  drawWhole(tint);
+  drawCursor();
+}
+
+// The whole trial in a strip, with the part that is shown below.
+function drawWhole(tint) {
+  const [pen, width, height] = plot.ready(id("whole"));
+  const last = Math.max(data.t[trial.frames - 1], LEAST_S), { left, right, ink } = places.radius;
+  const place = { pen, left, right, top: 2, bottom: height - 2, px: (t) => left + (t / last) * (right - left), at: (px) => ((px - left) / (right - left)) * last };
+  pen.strokeStyle = ink.line; pen.strokeRect(left + 0.5, 2.5, right - left - 1, height - 5);
+  bands(place, data.t, curves.contacts, ink.contact, [0.0, 0.5]);
+  bands(place, data.t, curves.exchanged, ink.tail, [0.5, 0.72]);
+  bands(place, data.t, byTime(trial.doubtful), tint("doubt"), [0.75, 1]);
+  const [begin, end] = view.range.map(place.px);
+  pen.strokeStyle = ink.ink; pen.lineWidth = 1.5; pen.strokeRect(begin + 0.75, 1.5, Math.max(2, end - begin - 1.5), height - 3);
+  plot.upright(place, data.t[view.row], ink.ink);
+  places.whole = place;
+}
+
+const byTime = (stretches) => stretches.map(({ row, last }) => [row, last]).sort((a, b) => a[0] - b[0]);
+
+function drawCursor() {
+  const { row } = view;
+  const value = (name, digits) => { const is = curves[name][row]; return Number.isNaN(is) ? "–" : plain(Number(is.toFixed(digits))); };
+  id("cursor").textContent = `${clock(data.t[row])}  r_h ${value("r", 2)} mm; θ_h ${value("theta", 0)}°; ψ_b ${value("psi", 0)}°`;
+}
+
+// --- lists ---
+
+function fillLists() {
+  const kinds = [...new Set(trial.events.map(({ kind }) => kind))].sort();
+  id("kind").append(...kinds.map((kind) => new Option(kind, kind)));
+  fillEvents();
+  id("doubts").textContent = trial.doubtful.length || "";
+  list(id("doubtful"), trial.doubtful.map((stretch, k) => ({
+    of: k, cells: [["time", clock(data.t[stretch.row]).slice(1)], ["span", `${stretch.why}, ${framesOf(stretch)}`]],
+    go: () => { view.place = k; visit(stretch); },
+  })), "no frame is in doubt");
+}
+
+const framesOf = ({ row, last }) => (last > row ? `frames ${data.frame[row]} to ${data.frame[last]}` : `frame ${data.frame[row]}`);
+
+function fillEvents() {
+  const kind = id("kind").value;
+  const chosen = trial.events.map((event, k) => [event, k]).filter(([event]) => !kind || event.kind === kind);
+  id("count").textContent = chosen.length || "";
+  list(id("events"), chosen.map(([event, k]) => ({
+    of: k, cells: [["time", clock(data.t[event.row]).slice(1)], ["span", event.kind, event.kind], ["span", event.text]],
+    go: () => go(event.row),
+  })), "nothing happened");
+}
+
+function showCorrections() {
+  refuse(kept.refused || kept.damaged);
+  const free = !kept.damaged;
+  for (const field of id("exchange").elements) field.disabled = !free;
+  list(id("entries"), kept.entries.map((entry, k) => ({
+    cells: [["span", `${entry.frames}`, "", `${entry.by}, ${entry.at.replace("T", " ").replace("Z", " UTC")}${entry.note ? `: ${entry.note}` : ""}`]],
+    go: () => {
+      const row = rowOf(entry.first_frame);
+      visit({ row, last: entry.last_frame === null ? row : Math.min(trial.frames - 1, rowOf(entry.last_frame)) });
+    },
+    action: entry.what === "swap_head" && free ? ["Undo", () => change({ remove: k })] : null,
+  })), kept.damaged ? "" : "none yet");
+  const differ = curves.changed.reduce((sum, is) => sum + is, 0);
+  id("saved").textContent = kept.entries.length ? "saved in corrections.json" : "";
+  const effect = id("effect");
+  effect.classList.toggle("pending", differ > 0);
+  effect.textContent = differ
+    ? `${differ} frame${differ === 1 ? " is" : "s are"} shown exchanged in picture and plots. Tables, contacts and numbers change only with a replay, into a directory of its own:`
+    : kept.entries.some(({ what }) => what === "swap_head")
+      ? "These results were made with these corrections. To make them again:"
+      : "A correction is shown at once. Tables, contacts and numbers change only with a replay, into a directory of its own:";
+}
+
+// --- keys, mouse, buttons ---
+
+const KEYS = {
+  ArrowLeft: (event) => go(view.row - (event.shiftKey ? LONG_STEP : 1)),
+  ArrowRight: (event) => go(view.row + (event.shiftKey ? LONG_STEP : 1)),
+  Home: () => go(0), End: () => go(trial.frames - 1),
+  n: () => nextDoubt(1), p: () => nextDoubt(-1),
+  "+": () => zoom(0.5), "=": () => zoom(0.5), "-": () => zoom(2), "−": () => zoom(2),
+  "[": () => setEnd("first"), "]": () => setEnd("last"), x: exchange,
+};
+
+function wire() {
+  for (const button of document.querySelectorAll("[data-step]")) button.onclick = () => go(view.row + Number(button.dataset.step));
+  for (const button of id("spans").children) button.onclick = () => choose(Number(button.dataset.span));
+  id("begin").onclick = () => setEnd("first");
+  id("end").onclick = () => setEnd("last");
+  for (const name of ["first", "last"]) id(name).oninput = selectTyped;
+  id("frame").onchange = ({ target }) => { if (/^\d+$/.test(target.value.trim())) go(rowOf(Number(target.value))); target.blur(); };
+  id("kind").onchange = () => { fillEvents(); mark(); };
+  id("exchange").onsubmit = (event) => { event.preventDefault(); exchange(); };
+  id("copy").onclick = copy;
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT)$/.test(event.target.tagName)) return;
+    const act = KEYS[event.key];
+    if (act) { event.preventDefault(); act(event); }
+  });
+  for (const name of PLOTS) drag(id(name), name);
+  const whole = id("whole");
+  whole.onpointerdown = (event) => { whole.setPointerCapture(event.pointerId); toPoint(event); };
+  whole.onpointermove = (event) => { if (event.buttons) toPoint(event); };
+  window.addEventListener("resize", mark);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", mark);
+}
+
+function toPoint({ clientX }) {
+  go(nearest(data.t, places.whole.at(clientX - id("whole").getBoundingClientRect().left)));
+  centre();
+}
+
+// A click on a plot goes to its frame; a drag marks a stretch.
+function drag(canvas, name) {
+  let began = null;
+  const row = ({ clientX }) => nearest(data.t, places[name].at(clientX - canvas.getBoundingClientRect().left));
+  canvas.onpointerdown = (event) => { began = { x: event.clientX, row: row(event), far: false }; canvas.setPointerCapture(event.pointerId); };
+  canvas.onpointermove = (event) => {
+    if (!began) return;
+    began.far ||= Math.abs(event.clientX - began.x) > DRAG_PX;
+    if (began.far) select([began.row, row(event)].sort((a, b) => a - b));
+  };
+  canvas.onpointerup = (event) => {
+    if (began && !began.far) go(row(event));
+    began = null;
+  };
+  canvas.onpointercancel = () => { began = null; };
+}
+
+async function copy() {
+  try {
+    await navigator.clipboard.writeText(trial.command);
+    id("copy").textContent = "Copied";
+  } catch { // only a page of this machine may: then it is marked, to be copied by hand
+    getSelection().selectAllChildren(id("command"));
+    id("copy").textContent = "Marked";
+  }
+}
+
+open();

@@ -1,0 +1,68 @@
+"""Events lead to their frames, and a note to the moment that it is on."""
+
+import pyarrow.parquet as pq
+import pytest
+from reviewed_trials import FPS, FRAMES, change_summary, small_trial
+
+from worm_analysis.results import read_results
+from worm_monitor.review.events import reviewed_events
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    return small_trial(tmp_path_factory.mktemp("reviewed") / "out")
+
+
+def test_contacts_lead_to_the_frames_that_they_took(results):
+    table = pq.read_table(results / "contacts.parquet").to_pylist()
+    stamps = pq.read_table(results / "tracks.parquet")["stamp_ns"].to_pylist()
+    told = [e for e in reviewed_events(read_results(results)) if e["kind"] == "contact"]
+    contacts = [row for row in table if row["kind"] == "contact"]
+    assert len(told) == len(contacts) > 3
+    for event, row in zip(told, contacts, strict=True):
+        assert stamps[event["row"]] == row["start_ns"]
+        assert stamps[event["last"]] == row["end_ns"]
+        assert f"{row['distance_mm']:.2f} mm" in event["text"]
+
+
+def test_events_are_in_the_order_of_time(results):
+    rows = [event["row"] for event in reviewed_events(read_results(results))]
+    assert rows == sorted(rows)
+
+
+def noted(results, why, frame):
+    entry = {
+        "kind": "parameter_changed", "frame": frame, "why": why, "duration_s": 0.0, "count": 0,
+        "stamp_ns": round(frame * 1e9 / FPS),
+    }  # fmt: skip
+    change_summary(results, lambda summary: summary.update(source_events=[entry]))
+    (event,) = [
+        e for e in reviewed_events(read_results(results)) if e["kind"] in ("note", "source")
+    ]
+    return event
+
+
+@pytest.mark.parametrize(
+    ("notes", "text"),
+    [
+        (("", "8.25 s, frame 99: it turns"), "it turns"),
+        (("a line", "a line\n8.25 s, frame 99: it's out"), "it's out"),
+        (("1.00 s, frame 12: a", "1.00 s, frame 12: a\n8.25 s, frame 99: b to 'c"), "b to 'c"),
+    ],
+)
+def test_a_note_leads_to_the_frame_that_it_names(tmp_path, notes, text):
+    why = f"recorder: notes changed from {notes[0]!r} to {notes[1]!r}"
+    event = noted(small_trial(tmp_path / "out"), why, 120)
+    assert event == {"row": 99, "last": 99, "kind": "note", "text": text}
+
+
+def test_a_note_of_another_form_stands_where_it_came(tmp_path):
+    results = small_trial(tmp_path / "out")
+    event = noted(results, "recorder: notes changed from '' to 'frame 3 is odd'", 120)
+    assert (event["row"], event["kind"]) == (120, "note")
+    assert "frame 3 is odd" in event["text"]
+
+
+def test_an_event_after_the_last_frame_leads_to_it(tmp_path):
+    event = noted(small_trial(tmp_path / "out"), "tracker: x changed from 1 to 2", FRAMES + 50)
+    assert (event["row"], event["kind"]) == (FRAMES - 1, "source")
