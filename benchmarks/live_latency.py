@@ -5,10 +5,14 @@
 The graph of `worm live` tracks it, records every picture and writes results. Counted are the
 pictures that were skipped, and the time from the capture of each frame to the publication of its
 state; frames that the tracker holds back on purpose, until the head is known, are counted apart.
+`--watched` shows the trial on the monitor's page in a real Chromium, and adds what the monitor's
+process takes of a core.
 """
 
 import os
+import shutil
 import signal
+import subprocess
 import tempfile
 import threading
 import time
@@ -23,6 +27,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage
 
 from benchmarks.endurance_live import camera
+from worm_bringup.graph.monitor_process import Monitor
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.trial import Trial, run_trial
 from worm_tracker.sources.bags.bag_reader import BagPictures
@@ -71,10 +76,64 @@ class Timing:
         TrackerNode._publish = self._publish  # type: ignore[method-assign]
 
 
+class Watching:
+    """A browser on the page, and the processor's time of the process that serves it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.monitor = Monitor({"port": 0}, self._open)
+        self._folder = folder
+        self._browser: subprocess.Popen[bytes] | None = None
+        self._ended = threading.Event()
+        self.spent: list[tuple[float, float]] = []  # seconds of the clock, of the processor
+
+    def _open(self, line: str) -> None:
+        if "http" not in line:
+            print(line)
+            return
+        chromium = shutil.which("chromium") or shutil.which("chromium-browser") or ""
+        how = ["--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1280,800"]
+        where = [f"--user-data-dir={self._folder / 'browser'}", "--remote-debugging-port=0"]
+        self._browser = subprocess.Popen(
+            [chromium, *how, *where, line.split()[-1]],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        threading.Thread(target=self._sample, daemon=True).start()
+
+    def _sample(self) -> None:
+        children = Path(f"/proc/{os.getpid()}/task").glob("*/children")
+        numbers = [int(number) for task in children for number in task.read_text().split()]
+        served_by = next(
+            number
+            for number in numbers
+            if "worm_monitor" in Path(f"/proc/{number}/cmdline").read_text()
+        )
+        while not self._ended.wait(1.0):
+            try:
+                fields = Path(f"/proc/{served_by}/stat").read_text().rpartition(")")[2].split()
+            except FileNotFoundError:  # the trial has ended
+                return
+            ticks = int(fields[11]) + int(fields[12])
+            self.spent.append((time.monotonic(), ticks / os.sysconf("SC_CLK_TCK")))
+
+    def close(self) -> None:
+        """Close the browser, and say what the page has cost."""
+        self._ended.set()
+        if self._browser is not None:
+            self._browser.terminate()
+            self._browser.wait()
+        (began_s, before_s), (ended_s, after_s) = self.spent[5], self.spent[-1]
+        share = (after_s - before_s) / (ended_s - began_s)
+        print(f"monitor: {share:.1%} of a core over {ended_s - began_s:.0f} s, page open")
+
+
 def main(
     film: Annotated[Path, typer.Argument(help="A bag of JPEG pictures.")],
     minutes: Annotated[float, typer.Option(help="How long to film.")] = 2.0,
     fps: Annotated[float, typer.Option(help="Pictures a second.")] = 30.0,
+    watched: Annotated[
+        bool, typer.Option("--watched", help="Show it on the page, in a Chromium.")
+    ] = False,
 ) -> None:
     """Film, and print what was skipped and how late poses were."""
     with tempfile.TemporaryDirectory() as folder, Timing() as timing:
@@ -90,9 +149,13 @@ def main(
 
             ending = threading.Timer(60.0 * minutes, os.kill, (os.getpid(), signal.SIGINT))
             load = os.getloadavg()
+            watching = Watching(Path(folder)) if watched else None
+            page = {"monitor": watching.monitor} if watching else {}
             processor_s = time.process_time()
-            result, _ = run_trial(trial, out, end_in_time, live=True)
+            result, _ = run_trial(trial, out, end_in_time, live=True, **page)
             processor_s = time.process_time() - processor_s
+            if watching:
+                watching.close()
     counts = result.counts
     first_second = max(skipped for at_s, skipped in timing.sent if at_s < timing.sent[0][0] + 1.0)
     late, held = np.array(timing.late_ms), np.array(timing.held)

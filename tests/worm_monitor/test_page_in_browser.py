@@ -3,6 +3,7 @@
 import os
 import re
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -15,6 +16,8 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+
+from worm_tracker.sources.bags.bag_reader import BagPictures
 
 playwright = pytest.importorskip("playwright.sync_api", reason="`make setup` installs it")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -257,6 +260,45 @@ def fits(tab):
         assert not same_line or one["x"] + one["width"] <= other["x"] + 1
     assert tab.wrong == []
     tab.page.close()
+
+
+def test_a_new_trial_begins_beside_the_one_that_ends(chromium, tmp_path):
+    out = tmp_path / "out"
+    kept = ["--out", str(out), "--record", str(tmp_path / "film")]
+    command = [*WORM, "live", "--camera", "sim", *kept, "--private", "--monitor"]
+    process = subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
+    )
+    try:
+        address = re.search(r"http://127\.0\.0\.1:\d+/", process.stderr.readline()).group()
+        tab = Tab(chromium, address)
+        tab.until("() => document.getElementById('kind').innerText === 'LIVE'")
+        tab.until("() => Number(document.getElementById('stamp').innerText.split('frame')[1]) > 9")
+        tab.page.click("#new_trial")
+        assert tab.text("new_trial") == "End this trial?"
+        tab.page.click("#new_trial")
+        tab.until("() => document.getElementById('kind').innerText === 'ENDED'")
+        tab.until("() => document.getElementById('kind').innerText === 'LIVE'")  # at one address
+        tab.until("() => Number(document.getElementById('stamp').innerText.split('frame')[1]) > 9")
+        tab.page.close()
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=120)[1]
+        assert process.returncode == 0, said
+    finally:
+        process.kill()
+        process.communicate()
+    first, second = (
+        pq.read_table(folder / "tracks.parquet")["stamp_ns"].to_numpy()
+        for folder in (out, tmp_path / "out-2")
+    )
+    assert len(first) > 9
+    assert len(second) > 9
+    assert first[-1] < second[0]
+    assert (out / "report.html").exists()
+    assert (tmp_path / "out-2" / "report.html").exists()
+    for folder, taken in (("film", first), ("film-2", second)):
+        with BagPictures(tmp_path / folder) as film:
+            assert film.count == len(taken)
 
 
 def points(out, name):

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -178,6 +179,30 @@ def run_graph(
         )
 
 
+def next_trial(first: Trial, out: Path | None) -> tuple[Trial, Path | None]:
+    """Return the next of a row of live trials, and where its results go: nothing is written over.
+
+    Parameters
+    ----------
+    first : Trial
+        The first of them; results and record of the others have a number that neither has yet.
+    out : Path, optional
+        Its results: the next are OUT-2.
+    """
+    record = first.source.parameters.get("record")
+    kept = [Path(path) for path in (out, record) if path]
+    number = next(k for k in count(2) if not any(_numbered(path, k).exists() for path in kept))
+    source = first.source
+    if record:
+        into = str(_numbered(Path(record), number))
+        source = replace(source, parameters={**source.parameters, "record": into})
+    return replace(first, source=source), None if out is None else _numbered(out, number)
+
+
+def _numbered(path: Path, number: int) -> Path:
+    return path.with_name(f"{path.name}-{number}")
+
+
 def _with_pictures(trial: Trial, directory: Path) -> Trial:
     """Return a live trial that keeps some of its pictures for the report, if it records none."""
     source = trial.source
@@ -246,4 +271,5 @@ def run_trial(
             report = write_report(partial)
     if checkpoints is not None:
         checkpoints.remove()
-    return replace(result, no_picture=why), out / report.name
+    next_is_asked = result.next_is_asked and stop.number is None
+    return replace(result, no_picture=why, next_is_asked=next_is_asked), out / report.name

@@ -12,6 +12,7 @@ _TRACKER_NODE, _SOURCE_NODE, _RECORDER_NODE = "tracker", "image_source", "record
 LONGEST_NOTE = 400
 _TRIGGERS = {
     "swap_head": f"{_TRACKER_NODE}/swap_head",
+    "new_trial": f"{_SOURCE_NODE}/new_trial",
     "pause": f"{_SOURCE_NODE}/pause",
     "resume": f"{_SOURCE_NODE}/resume",
     "play_next": f"{_SOURCE_NODE}/play_next",
@@ -61,6 +62,7 @@ class OperatorCommands:
         return {
             "can_swap": bool(self._triggers["swap_head"].service_is_ready()),
             "can_pause": plays,
+            "can_begin_anew": bool(self._triggers["new_trial"].service_is_ready()),
             "can_note": not self._replay and bool(self._set_notes.service_is_ready()),
             "paused": self._playing == "paused" if self._playing else None,
             "seeking": self._playing == "seeking",
@@ -91,7 +93,7 @@ class OperatorCommands:
     def _take_answer(self, name: str, answer: Trigger.Response) -> None:
         if answer.message in ("paused", "playing", "seeking"):
             self._playing = answer.message
-        elif not answer.success:
+        elif name == "new_trial" or not answer.success:
             self._remark(f"{name.replace('_', ' ')}: {answer.message}")
 
     def _take_rate(self, future: Any) -> None:

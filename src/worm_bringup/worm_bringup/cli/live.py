@@ -1,5 +1,6 @@
 """`worm live`: watch the rig through a camera, and record it."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,11 +11,19 @@ from worm_bringup.cli.camera_options import CameraOptions
 from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.monitor_options import MonitorOptions
 from worm_bringup.cli.progress import progress_bar, refuse_without_pose, show_result, show_speed
+from worm_bringup.graph.in_process import RunResult
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out
 from worm_bringup.recorder.metadata import TrialMetadata
 from worm_bringup.rig.rig_file import read_rig
-from worm_bringup.trial import EndedEarly, Incomplete, Trial, run_graph, run_trial
+from worm_bringup.trial import (
+    EndedEarly,
+    Incomplete,
+    Trial,
+    next_trial,
+    run_graph,
+    run_trial,
+)
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput, TrackerError
 
@@ -47,6 +56,9 @@ def live(
 
     Results and report are then written; Ctrl-C once more leaves the report out (`worm report`).
 
+    Where the monitor's page (or the camera's service ~/new_trial) asks for a new trial, this one
+    ends in the same way and the next begins: into OUT-2, recorded into RECORD-2.
+
     Frames count once the graph is ready. Where the tracker lags for more than two seconds the
     newest frame wins, and what is skipped is counted.
     """
@@ -68,7 +80,14 @@ def live(
         viewers=view.viewers(told, visible=not private),
     )
     page = monitor.page(told.of("monitor"), trial.metadata.get("trial") or camera.shown)
-    how: dict[str, Any] = {"reach": reach, "patience_s": graph.watchdog_s, "monitor": page}
+    how = {"reach": reach, "patience_s": graph.watchdog_s, "monitor": page}
+    now, into = trial, out
+    while _filmed(now, into, camera.shown, how).next_is_asked:
+        now, into = next_trial(trial, out)
+
+
+def _filmed(trial: Trial, out: Path | None, camera: str, how: Mapping[str, Any]) -> RunResult:
+    """Run one trial to its end, and say what was found."""
     try:
         with progress_bar("live") as progress:
             if out is not None:
@@ -76,7 +95,7 @@ def live(
             else:
                 result, report = run_graph(trial, None, progress, **how), None
     except TrackerError as error:  # knows the pictures, not where they come from
-        raise BadInput(f"{camera.shown}: {error}") from None
+        raise BadInput(f"{camera}: {error}") from None
     if not result.complete or result.frames == 0:
         raise Incomplete(result)
     if report is not None:
@@ -88,3 +107,4 @@ def live(
         raise EndedEarly(result.ended_early + kept)
     if report is not None:
         refuse_without_pose(report)
+    return result

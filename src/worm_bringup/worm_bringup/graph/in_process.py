@@ -56,6 +56,8 @@ class RunResult:
         there.
     earlier : int
         Of these frames, those that an earlier run had sent which this one went on with.
+    next_is_asked : bool
+        Whether an operator ended the trial to begin the next one.
     no_picture : str
         Why the report opens without a picture of the trial; empty where it has one.
     elapsed_s : float
@@ -77,6 +79,7 @@ class RunResult:
     ended_early: str = ""
     earlier: int = 0
     no_picture: str = ""
+    next_is_asked: bool = False
 
 
 def run_in_process(
@@ -201,4 +204,5 @@ def _run_to_end(
         spent_s=spent_s,
         counts=source.counts(),
         ended_early=source.ended_early,
+        next_is_asked=source.next_is_asked and not source.ended_early,
     )

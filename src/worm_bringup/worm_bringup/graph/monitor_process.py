@@ -4,8 +4,9 @@ import queue
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
+from urllib.parse import urlsplit
 
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.supervisor import Inbox, NodeProcess, end_processes
@@ -25,10 +26,13 @@ class Monitor:
         Of the monitor's node.
     say : callable
         Takes a line for people: the page's address, once it can be looked at.
+    place : dict
+        Port and token that the page has had: who looks finds the next trial there.
     """
 
     parameters: Mapping[str, Any]
     say: Callable[[str], None]
+    place: dict[str, Any] = field(default_factory=dict)
 
     @contextmanager
     def beside(
@@ -52,12 +56,14 @@ class Monitor:
         NodeFailed
             The process ended before the page could be looked at.
         """
-        spec = NodeSpec("worm_monitor.monitor_node", "monitor", self.parameters)
+        spec = NodeSpec("worm_monitor.monitor_node", "monitor", {**self.parameters, **self.place})
         inbox: Inbox = queue.Queue()
         child = NodeProcess(spec, namespace, dict(environment), inbox)
         ending = threading.Event()
         try:
             address = _await("ready", inbox, _START_S)["address"]
+            at = urlsplit(address)
+            self.place.update(port=at.port, token=at.path.strip("/"))
             child.say(peers={"publishes": publishes, "subscribes": {}})
             _await("matched", inbox, _START_S)
             child.note_shared_memory()

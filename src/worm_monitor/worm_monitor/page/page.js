@@ -27,13 +27,17 @@ function connect() {
     if (typeof data === "string") take(JSON.parse(data));
     else player.newest(data);
   };
-  socket.onopen = () => link("connected", false);
+  socket.onopen = () => {
+    link("connected", false);
+    id("stamp").textContent = ""; // it may be another trial
+    player.forgetFrames();
+  };
   socket.onclose = () => {
     if (told.now?.ended) {
       link("the trial has ended: its report has the final numbers", false);
       mark("head");
     } else link("no connection: what is shown is the last that came", true);
-    for (const name of ["swap", "pause", "step", "timeline"]) id(name).disabled = true;
+    for (const name of ["swap", "new_trial", "pause", "step", "timeline"]) id(name).disabled = true;
     setTimeout(connect, 1500);
   };
 }
@@ -166,7 +170,9 @@ function drawHead() {
   id("complaint").textContent = source?.level ? source.message : "";
   tiles(id("tiles"), headTiles(now, source?.values ?? {}));
   id("swap").disabled = !now.can_swap;
+  id("new_trial").disabled = false;
   id("note").hidden = !now.can_note;
+  id("new_trial").hidden = !now.can_begin_anew;
   player.update(now, source?.values ?? {});
 }
 
@@ -228,8 +234,23 @@ function jump(seconds) {
   player.look(seconds);
 }
 
+// What cannot be undone is asked for by two clicks within some seconds.
+function twice(button, question, act) {
+  const words = button.textContent;
+  let asked = 0;
+  const reset = () => { button.textContent = words; button.classList.remove("asked"); asked = 0; };
+  return () => {
+    clearTimeout(asked);
+    if (asked) { reset(); act(); return; }
+    button.textContent = question;
+    button.classList.add("asked");
+    asked = setTimeout(reset, 4000);
+  };
+}
+
 function wire() {
   id("swap").onclick = () => ask("swap_head");
+  id("new_trial").onclick = twice(id("new_trial"), "End this trial?", () => ask("new_trial"));
   id("release").onclick = () => { times.hold(null); player.back(); };
   id("text").onfocus = () => { view.note = { ...told.now }; };
   id("note").onsubmit = (event) => {

@@ -30,6 +30,14 @@ export class Player {
     };
   }
 
+  // All that comes is of another connection.
+  forgetFrames() {
+    this.looks += 1;
+    this.last = this.looked = this.frame = this.sought = null;
+    this.owed = false;
+    this.tell();
+  }
+
   // A picture has come: it is shown, unless a past one is looked at.
   newest(data) {
     this.last = data;

@@ -12,6 +12,7 @@ from typing import Any
 from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
+from std_srvs.srv import Trigger
 
 from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.errors import BadInput
@@ -49,6 +50,11 @@ class CameraNode(SourceNode):
 
     A driver's topic takes the place of a camera: frames bear the driver's stamps, and those that
     were lost on the way are counted by the numbers that DDS gives them.
+
+    Services
+    --------
+    `~/new_trial` (`std_srvs/Trigger`) ends the stream in good order; `worm live` then begins the
+    next trial.
 
     An outage is told at once in the log and on `/diagnostics`, and on `source/events` when it is
     over. A camera that is lost for good ends the stream, with an event that says so.
@@ -88,7 +94,17 @@ class CameraNode(SourceNode):
                 f"{self._camera.shown_address}: frames are stamped with the container's own times "
                 f"({self._camera.fps:g} frames/s on average), which need not be those of filming"
             )
+        self.create_service(Trigger, "~/new_trial", self._on_new_trial)
         self._camera.start()
+
+    def _on_new_trial(self, _: Trigger.Request, answer: Trigger.Response) -> Trigger.Response:
+        if not self.sent or self.done or self.next_is_asked:
+            answer.message = "the trial is ending" if self.sent else "no frame has come yet"
+            return answer
+        self.next_is_asked = answer.success = True
+        self.end_now()
+        answer.message = f"the trial ends with frame {self.sent - 1}, and the next one begins"
+        return answer
 
     def _open_camera(self) -> Camera | TopicCamera:
         parameter = self.read_parameter

@@ -53,6 +53,8 @@ class SourceNode(WormNode):
         good order (`end_now`). A recording that is not played to its end is incomplete instead.
     ended_early : str
         Why the source ended before its time; empty where it did not.
+    next_is_asked : bool
+        Whether an operator ended the stream to begin the next trial.
     """
 
     STATE: ClassVar[tuple[str, ...]] = (
@@ -64,6 +66,7 @@ class SourceNode(WormNode):
         "_ledger.sent",
     )
     endless = False
+    next_is_asked = False
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(NAME, **node_arguments)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from mjpeg_server import jpeg_picture, mjpeg_server
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
 from worm_msgs_py import SourceEventKind
 from worm_msgs_py.errors import BadInput
@@ -196,6 +197,26 @@ def test_an_exposure_that_a_device_does_not_take_is_told(filming):
         node.publish_next()
     assert events[1].kind is SourceEventKind.NOT_ACCEPTED
     assert events[1].why == "8 ms of exposure were asked for, 5 are given"
+
+
+def test_a_new_trial_ends_the_stream_in_order_once_a_frame_has_come(filming):
+    node, _ = filming(FilmingDevice())
+
+    def asked():
+        answer = node._on_new_trial(Trigger.Request(), Trigger.Response())
+        return answer.success, answer.message
+
+    assert asked() == (False, "no frame has come yet")
+    assert not node.next_is_asked
+    while not node.sent:
+        node.publish_next()
+    assert asked()[0]
+    assert node.next_is_asked
+    assert asked() == (False, "the trial is ending")
+    while node.publish_next():
+        pass
+    assert node.done
+    assert not node.ended_early
 
 
 def test_an_exposure_that_cannot_be_set_is_refused(filming, ros_context):
