@@ -256,13 +256,8 @@ def run_trial(
     """
     kind = replace(TRIAL, corrections=trial.corrections)
     with stop_on_signals() as stop, results_directory(out, kind, live=live) as partial:
-        result = run_graph(
-            _with_pictures(trial, partial) if live else trial,
-            partial,
-            progress,
-            checkpoints=checkpoints,
-            **how,
-        )
+        kept = _with_pictures(trial, partial) if live else trial
+        result = run_graph(kept, partial, progress, checkpoints=checkpoints, **how)
         if not result.complete or result.frames == 0:
             raise Incomplete(result)
         told = stop.number is not None
@@ -271,5 +266,5 @@ def run_trial(
             report = write_report(partial)
     if checkpoints is not None:
         checkpoints.remove()
-    next_is_asked = result.next_is_asked and stop.number is None
-    return replace(result, no_picture=why, next_is_asked=next_is_asked), out / report.name
+    goes_on = result.next_is_asked and stop.number is None
+    return replace(result, no_picture=why, next_is_asked=goes_on), out / report.name
