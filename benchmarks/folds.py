@@ -25,7 +25,7 @@ from rich.table import Table
 from benchmarks.fold_films import FILMS, MORE_FILMS, FoldFilm, fold_film
 from benchmarks.fold_overlays import write_contact_sheet
 from worm_msgs_py import TrackedFrame
-from worm_tracker.parameters import TrackerParameters
+from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES, TrackerParameters
 from worm_tracker.tracker import Tracker
 
 CERTAIN = 0.9
@@ -155,7 +155,7 @@ def frechet_px(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
 
 def track(film: FoldFilm, frames: int) -> tuple[list[FrameScore], list[float], list[Any]]:
     """Track the film's first frames; return scores, processor ms of each push, midlines given."""
-    tracker = Tracker(TrackerParameters())
+    tracker = Tracker(TrackerParameters(hold_back_frames=MOST_HOLD_BACK_FRAMES))
     given: list[TrackedFrame] = []
     ms: list[float] = []
     for frame in range(frames):

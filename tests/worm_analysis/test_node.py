@@ -17,7 +17,7 @@ from worm_msgs_py import convert, topics
 from worm_msgs_py.ros.interfaces import RESULTS
 from worm_msgs_py.ros.ledger import Announcement, read_announcement
 from worm_msgs_py.ros.qos import ESTIMATES_DEPTH, FLOW, LATCHED_SET_DEPTH
-from worm_tracker.parameters import TrackerParameters
+from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES
 from worm_tracker.sources.source_node import drain
 
 ANALYSIS = [topic for topic in RESULTS if topic.startswith("analysis/")]
@@ -109,8 +109,8 @@ def test_the_node_says_what_the_core_says(graph):
 def test_the_estimates_of_all_states_that_wait_fit_into_the_latched_topics(graph):
     """Of a picture in ten seconds, each state by itself would be due to bring estimates."""
     surroundings, node, settle = graph
-    held = TrackerParameters().hold_back_frames
-    for state in STATES[:held]:
+    held = MOST_HOLD_BACK_FRAMES
+    for state in slides_and_hops(0, 51.0, 20.0).states()[:held]:
         surroundings.send_state(replace(state, stamp_ns=state.frame * 10_000_000_000))
     settle()
     surroundings.send_geometry()

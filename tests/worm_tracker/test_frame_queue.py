@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_msgs_py import Status
-from worm_tracker.frame_queue import FrameQueue
+from worm_tracker.frame_queue import MOST_FRAMES_FOR_BODY, FrameQueue
 from worm_tracker.frame_state import PendingFrame
 from worm_tracker.head_tail.identity import ExchangeKind, HeadTail, HeadTailSettings
 from worm_tracker.observation import Observation
@@ -150,6 +150,14 @@ def test_where_no_frame_can_wait_a_body_known_from_some_frames_has_to_do():
     queue = queue_of(*waiting, hold_back_frames=2)
     assert queue.is_due(body_is_learned=True)
     assert not queue.is_due(body_is_learned=False)
+
+
+def test_a_fold_waits_for_its_body_no_longer_than_so_though_its_head_may():
+    waiting = [coil()] * (MOST_FRAMES_FOR_BODY - 1)
+    queue = queue_of(*waiting, midline(kept=SEEN), hold_back_frames=1000)
+    assert not queue.is_due(body_is_learned=True)
+    queue = queue_of(*waiting, coil(), midline(kept=SEEN), hold_back_frames=1000)
+    assert queue.is_due(body_is_learned=True)
 
 
 def test_each_run_of_coils_is_told_by_the_frame_after_it():

@@ -32,7 +32,7 @@ _OUT = (
     topics.ANALYSIS_SUMS,
 )
 
-FRAMES_BETWEEN_ESTIMATES = 16
+FRAMES_BETWEEN_ESTIMATES = 64
 """At least so many: of a film of a picture in ten seconds each frame would bring estimates, and the
 frames that the tracker has held back more at once than latched topics hold."""
 

@@ -20,6 +20,10 @@ from worm_tracker.head_tail.identity import (
 from worm_tracker.head_tail.link import LinkDecision
 from worm_tracker.observation import Observation
 
+MOST_FRAMES_FOR_BODY = 256
+"""More frames of a fold do not wait until the body is known well: of a worm that lies double for
+longer what is known by then has to do, and telling its head may take longer."""
+
 PropagateBack = Callable[[Observation, Sequence[Detection]], Iterator[Observation]]
 """What a frame that shows the body tells of the pictures before it, the latest first."""
 
@@ -123,8 +127,8 @@ class FrameQueue:
     def is_due(self, body_is_learned: bool) -> bool:
         """Tell whether what waits can be told by now.
 
-        A frame that shows the body has come; and that is known well, or well enough and no frame
-        can wait any longer.
+        A frame that shows the body has come; and that is known well, or well enough and the frames
+        have waited for it for long.
 
         Parameters
         ----------
@@ -135,7 +139,8 @@ class FrameQueue:
         if opened is None:
             return False
         known = opened.observation.kept is None or self._head_tail.corrected
-        return known or (len(self) > self._hold_back_frames and body_is_learned)
+        most = min(self._hold_back_frames, MOST_FRAMES_FOR_BODY)
+        return known or (len(self) > most and body_is_learned)
 
     def coils(self) -> list[Coils]:
         """Return the coils that wait, each run of them with the frame that opens it."""

@@ -13,6 +13,12 @@ _LOOKED_FOR = {"or_else": nan, "means": "looked for"}
 _NOT_GIVEN_PX = {"or_else": nan, "means": "not given"}
 
 
+MOST_HOLD_BACK_FRAMES = 1000
+"""Most frames that may wait, and what a replay takes, where nobody waits for the poses: a worm that
+lies folded when the film begins may take long to show which end is its head. More would take
+memory (0.2 MiB a frame of a fold), and given at once overrun what DDS keeps."""
+
+
 @dataclass(frozen=True, slots=True)
 class TrackerParameters:
     """Settings of a `Tracker`.
@@ -88,8 +94,8 @@ class TrackerParameters:
     )
     hold_back_frames: int = declare(
         256,
-        "Most frames that wait for the decision which end is the head.",
-        limits.Limit(0, 1e5, "frames"),
+        "Most frames that wait for the decision which end is the head (worm replay: 1000).",
+        limits.Limit(0, MOST_HOLD_BACK_FRAMES, "frames"),
     )
     calibration_frames: int = declare(
         10,

@@ -14,6 +14,7 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli import options
 from worm_bringup.cli.app import app
 from worm_msgs_py.ros.network import Reach, dds_settings
+from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES
 
 LARVA = Path(__file__).parents[3] / "bags" / "larva"
 RIG = """
@@ -22,6 +23,9 @@ RIG = """
     radius_m: 0.01
     exit_width_m: 0.0021
     contact_factor: 0.35
+/**/tracker:
+  ros__parameters:
+    hold_back_frames: 300
 /**/model:
   ros__parameters:
     rule: per_phase
@@ -63,6 +67,7 @@ def test_a_replay_has_its_parameters_from_the_file_and_options_win(replayed):
     provenance = summary(replayed / "out")["provenance"]
     tracker, analysis = provenance["parameters"]["tracker"], provenance["parameters"]["analysis"]
     assert (tracker["exit_width_m"], tracker["radius_m"]) == (0.0019, 0.01)
+    assert tracker["hold_back_frames"] == 300
     assert (analysis["contact_factor"], analysis["max_gap_s"]) == (0.35, 0.7)
     assert provenance["parameters"]["model"]["rule"] == "per_phase"
     assert provenance["source"]["playback_duration_s"] == 1.5
@@ -75,10 +80,12 @@ def test_the_report_says_at_its_head_what_was_noted(replayed):
     assert "Animal: worm 7 &lt;of nine&gt;; Temperature: 21.5 °C." in head
 
 
-def test_without_a_file_nothing_is_noted(replayed):
+def test_without_a_file_nothing_is_noted_and_frames_wait_as_long_as_they_may(replayed):
     words = ("--playback-duration", "1.5", "--out", "plain")
     assert worm(replayed, "replay", LARVA, *words)[0] == 0
-    assert "trial" not in summary(replayed / "plain")["provenance"]
+    provenance = summary(replayed / "plain")["provenance"]
+    assert "trial" not in provenance
+    assert provenance["parameters"]["tracker"]["hold_back_frames"] == MOST_HOLD_BACK_FRAMES
     assert 'class="noted"' not in (replayed / "plain" / "report.html").read_text("utf-8")
 
 

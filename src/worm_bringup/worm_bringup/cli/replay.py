@@ -25,6 +25,7 @@ from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_msgs_py.files.corrections import Correction, read_corrections
+from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.corrected_frames import check_corrections
 from worm_tracker.sources.playback import NO_SEEK, PLAYBACK, RATE, START_OFFSET
@@ -177,7 +178,7 @@ def replay(
         chosen = pictures.topic
     if corrected:
         _check_fit(corrections, corrected, player)
-    see = told.of("tracker")
+    see = {"hold_back_frames": MOST_HOLD_BACK_FRAMES, **told.of("tracker")}
     if max_megapixels is not None or "max_megapixels" not in see:
         see["max_megapixels"] = player["max_megapixels"]
     trial = Trial(
