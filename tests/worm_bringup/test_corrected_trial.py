@@ -102,6 +102,13 @@ def test_a_summary_and_a_report_say_what_was_corrected(plain, corrected, swap):
     assert not (plain / CORRECTIONS_FILE).exists()
 
 
+def test_a_replay_that_was_stopped_does_not_go_on_with_other_corrections(swap):
+    plain = trial_of(BAG, playback_duration=PLAYED_S)
+    other = replace(swap, last_frame=LAST + 1, last_stamp_ns=swap.last_stamp_ns + 1)
+    told = [replace(plain, corrections=these).fingerprint for these in ((), (swap,), (other,))]
+    assert all(told.count(each) == 1 for each in told)
+
+
 def test_the_command_replaces_its_own_corrected_results_by_the_same_bytes(
     tmp_path, corrected, swap
 ):

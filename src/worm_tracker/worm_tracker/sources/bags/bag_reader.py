@@ -3,6 +3,7 @@
 import heapq
 from collections import deque
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -147,15 +148,33 @@ class BagPictures:
             first = self._first()
             first_ns = next((m.log_ns for m in first if 0 <= m.log_ns < 2**63), 0)
             self._first_stamps = [(_header_stamp(m.data), m.log_ns) for m in first[:REORDERED]]
-            self._start_ns = first_ns + round(start_offset_s * NS_PER_S)
-            self._stop_ns: int | None = None
-            if playback_duration_s is not None:
-                self._stop_ns = self._start_ns + round(playback_duration_s * NS_PER_S)
-            self._whole = start_offset_s == 0.0 and self._stop_ns is None
+            self._first_ns = first_ns
+            self._choose_part(start_offset_s, playback_duration_s)
             self.expected = max(1, self.count) if self._whole else self._guess(first_ns)
         except BaseException:
             self.close()
             raise
+
+    def _choose_part(self, start_offset_s: float, playback_duration_s: float | None) -> None:
+        self._start_ns = self._first_ns + round(start_offset_s * NS_PER_S)
+        self._stop_ns: int | None = None
+        if playback_duration_s is not None:
+            self._stop_ns = self._start_ns + round(playback_duration_s * NS_PER_S)
+        self._whole = start_offset_s == 0.0 and self._stop_ns is None
+
+    def part(self, start_offset_s: float, playback_duration_s: float | None) -> "BagPictures":
+        """Return another part of the same bag, without a look at all of it again.
+
+        Parameters
+        ----------
+        start_offset_s, playback_duration_s : float
+            As of the bag; where nothing is left there are no pictures.
+        """
+        _check_range(start_offset_s, playback_duration_s)
+        part = copy(self)
+        part.losses = deque()
+        part._choose_part(start_offset_s, playback_duration_s)
+        return part
 
     def _first(self) -> list[FoundMessage]:
         """Return the first messages as far as one that can be read, and `REORDERED` at least."""
@@ -214,7 +233,7 @@ class BagPictures:
 
     def _messages(self, start_ns: int | None, stop_ns: int | None) -> Iterator[FoundMessage]:
         """Yield the topic's messages recorded in a span of time; note what is lost."""
-        for found in self._bag.found(self.topic, start_ns):
+        for found in self._bag.found(self.topic, start_ns, stop_ns):
             if isinstance(found, Lost):
                 count = found.messages or 0
                 self.losses.append(BagLoss(SourceEventKind.LOST, found.why, count))

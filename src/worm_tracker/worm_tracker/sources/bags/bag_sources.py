@@ -21,6 +21,7 @@ from worm_tracker.sources.bags.scan.db3_scan import sound_rows
 from worm_tracker.sources.bags.scan.decompression import MIB
 from worm_tracker.sources.bags.scan.found import Found, FoundMessage, Lost
 from worm_tracker.sources.bags.scan.mcap_scan import McapScan
+from worm_tracker.sources.bags.scan.mcap_summary import McapSummary, read_mcap_summary
 from worm_tracker.sources.bags.scan.scan import Survey, scan_bag, unpacked
 
 
@@ -39,8 +40,13 @@ class BagSource(Protocol):
     start_ns: int
     end_ns: int
 
-    def found(self, topic: str, after_ns: int | None) -> Iterator[Found]:
-        """Yield the messages of a topic, and what is lost, in the order of recording."""
+    def found(
+        self, topic: str, after_ns: int | None, before_ns: int | None = None
+    ) -> Iterator[Found]:
+        """Yield the messages of a topic, and what is lost, in the order of recording.
+
+        What was recorded before the one time, or not before the other, may be left out.
+        """
         ...
 
     def close(self) -> None:
@@ -58,20 +64,25 @@ class SoundBag:
         for connection in self._reader.connections:
             self.counts[connection.topic, connection.msgtype] += connection.msgcount
         self.start_ns, self.end_ns = self._reader.start_time, self._reader.end_time
+        self._summaries: dict[Path, McapSummary] = {}
         storage = self._reader.storage
         self._files: list[Path] = [
             Path(str(part.path)) for part in getattr(storage, "storages", [storage])
         ]
 
-    def found(self, topic: str, after_ns: int | None) -> Iterator[FoundMessage]:
+    def found(
+        self, topic: str, after_ns: int | None, before_ns: int | None = None
+    ) -> Iterator[FoundMessage]:
         """Yield the messages of a topic."""
         for file in self._files:
-            scan: Iterator[Found] = (
-                sound_rows(file, topic)
-                if file.suffix == ".db3"
-                else iter(McapScan(file, self._limit, after_ns))
-            )
             try:
+                scan: Iterator[Found] = (
+                    sound_rows(file, topic, after_ns, before_ns)
+                    if file.suffix == ".db3"
+                    else iter(
+                        McapScan(file, self._limit, after_ns, before_ns, self._summary_of(file))
+                    )
+                )
                 for found in scan:
                     if isinstance(found, Lost):
                         raise damaged(self._path, f"{file.name}: {found.why}")
@@ -79,6 +90,12 @@ class SoundBag:
                         yield unpacked(found, self._limit)
             except Exception as error:  # damage shows itself in as many ways as there are parsers
                 raise unreadable(self._path, error) from error
+
+    def _summary_of(self, file: Path) -> McapSummary:
+        if file not in self._summaries:
+            with file.open("rb") as stream:
+                self._summaries[file] = read_mcap_summary(stream, file.stat().st_size)
+        return self._summaries[file]
 
     def close(self) -> None:
         """Close the files."""
@@ -109,8 +126,10 @@ class SalvagedBag:
             self.counts[topic.name, topic.type] += count
         self.start_ns, self.end_ns = survey.first_ns or 0, (survey.last_ns or 0) + 1
 
-    def found(self, topic: str, after_ns: int | None) -> Iterator[Found]:
-        """Yield the messages of a topic, and what is lost of any."""
+    def found(
+        self, topic: str, after_ns: int | None, before_ns: int | None = None
+    ) -> Iterator[Found]:
+        """Yield the messages of a topic, and what is lost of any: all that there are."""
         for found in scan_bag(self._path, self._max_chunk_mib):
             if isinstance(found, Lost) or found.topic.name == topic:
                 yield found

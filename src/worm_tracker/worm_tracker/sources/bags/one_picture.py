@@ -12,8 +12,9 @@ from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
 from worm_tracker.sources.bags.serialized_images import read_picture
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, Grey, PictureDecoder
 
-LATE_S = 5.0
-"""A picture is recorded so much before or after its stamp at most; else all of the bag is read."""
+LATE_S = (0.2, 5.0)
+"""A picture is recorded so much before or after its stamp, nearly always; at most; else all of the
+bag is read. Most of the time goes into unpacking those that are recorded meanwhile."""
 
 OpenBag = Callable[[float, float | None], AbstractContextManager[BagPictures]]
 """Opens the bag from an offset on, for so long (None: to the end), s of recording."""
@@ -56,7 +57,7 @@ def picture_at(
     Parameters
     ----------
     open_bag : callable
-        Opens the bag.
+        Opens the bag; `BagPictures.part` of one that is open, where several pictures are wanted.
     stamp_ns : int
         The stamp, as its replay gave it.
     after_s : float
@@ -71,8 +72,14 @@ def picture_at(
     BadPicture
         Its data are damaged.
     """
-    for start_s, duration_s in ((max(0.0, after_s - LATE_S), 2 * LATE_S), (0.0, None)):
-        with open_bag(start_s, duration_s) as pictures:
+    for start_s, duration_s in (*((max(0.0, after_s - s), 2 * s) for s in LATE_S), (0.0, None)):
+        try:
+            bag = open_bag(start_s, duration_s)
+        except BadInput:
+            if start_s == 0.0:
+                raise
+            continue  # the recording ends before
+        with bag as pictures:
             found = next(_taken_at(pictures, stamp_ns), None)
             if found is not None:
                 fields = read_picture(found.raw, pictures.message_type)

@@ -21,8 +21,18 @@ _FAR = 1000
 """A row whose number is this far beyond their count has a damaged number."""
 
 
-def sound_rows(path: Path, topic: str) -> Iterator[Found]:
+def sound_rows(
+    path: Path, topic: str, after_ns: int | None = None, before_ns: int | None = None
+) -> Iterator[Found]:
     """Yield the messages of one topic in the order of recording, as SQLite reads them.
+
+    Parameters
+    ----------
+    path : Path
+    topic : str
+    after_ns, before_ns : int, optional
+        Leave out what was recorded before the one, or not before the other; missing rows are then
+        not looked for.
 
     Raises
     ------
@@ -33,13 +43,17 @@ def sound_rows(path: Path, topic: str) -> Iterator[Found]:
     with closing(sqlite3.connect(uri, uri=True)) as database:
         cursor = database.execute(
             "SELECT t.name, t.type, m.timestamp, m.data FROM messages m "
-            "JOIN topics t ON m.topic_id = t.id WHERE t.name = ? ORDER BY m.timestamp, m.id",
-            (topic,),
+            "JOIN topics t ON m.topic_id = t.id WHERE t.name = ?1 "
+            "AND (?2 IS NULL OR m.timestamp >= ?2) AND (?3 IS NULL OR m.timestamp < ?3) "
+            "ORDER BY m.timestamp, m.id",
+            (topic, after_ns, before_ns),
         )
         for name, kind, log_ns, data in cursor:
             blob = data if isinstance(data, bytes) else b""
             time = log_ns if isinstance(log_ns, int) else -1
             yield FoundMessage(Topic(str(name), str(kind)), time, time, 0, blob)
+        if after_ns is not None or before_ns is not None:
+            return
         count, first, last = database.execute(
             "SELECT count(*), min(id), max(id) FROM messages NOT INDEXED"
         ).fetchone()

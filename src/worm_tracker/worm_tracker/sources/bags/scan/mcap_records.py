@@ -42,6 +42,7 @@ _KNOWN = frozenset(int(op) for op in Op)
 class ChunkHead:
     """What stands before the compressed records of a chunk; `data_at` is relative to its body."""
 
+    start_ns: int
     end_ns: int
     size: int
     crc: int
@@ -57,6 +58,8 @@ class ChunkPlace:
     offset: int
     length: int
     messages: int
+    start_ns: int
+    end_ns: int
 
 
 @dataclass(slots=True)
@@ -134,25 +137,25 @@ def read_channel(body: bytes, schemas: dict[int, tuple[str, str, str]]) -> tuple
 def read_chunk_head(body: bytes) -> ChunkHead:
     """Return a chunk's head from the first bytes of its body; ValueError where it is none."""
     cursor = _Cursor(body)
-    _, end_ns, size, crc = _CHUNK_HEAD.unpack(cursor.take(_CHUNK_HEAD.size))
+    start_ns, end_ns, size, crc = _CHUNK_HEAD.unpack(cursor.take(_CHUNK_HEAD.size))
     length = cursor.number(_U32)
     if length > 16:
         raise ValueError("no compression has so long a name")
     compression = cursor.take(length).decode("latin-1")
     compressed_size = cursor.number(_U64)
-    return ChunkHead(end_ns, size, crc, compression, compressed_size, cursor.at)
+    return ChunkHead(start_ns, end_ns, size, crc, compression, compressed_size, cursor.at)
 
 
 def read_chunk_index(body: bytes) -> ChunkPlace:
     """Return where a chunk is, and how many messages it holds."""
     cursor = _Cursor(body)
-    cursor.take(16)
+    start_ns, end_ns = cursor.number(_U64), cursor.number(_U64)
     offset, length = cursor.number(_U64), cursor.number(_U64)
     channels = cursor.take(cursor.number(_U32))
     index_length = cursor.number(_U64)
     # A message index is 15 bytes and 16 more a message.
     messages = (index_length - 15 * (len(channels) // 10)) // 16
-    return ChunkPlace(offset, length, max(0, messages))
+    return ChunkPlace(offset, length, max(0, messages), start_ns, end_ns)
 
 
 def read_message_index(body: bytes) -> list[int]:

@@ -41,12 +41,23 @@ class McapScan:
     path : Path
     max_chunk_bytes : int
         No larger chunk is decompressed.
-    after_ns : int, optional
-        Pass over chunks whose messages were all recorded before this.
+    after_ns, before_ns : int, optional
+        Pass over chunks whose messages were all recorded before the one, or not before the other.
+    summary : McapSummary, optional
+        That of the file, where it has been read before.
     """
 
-    def __init__(self, path: Path, max_chunk_bytes: int, after_ns: int | None = None) -> None:
-        self._path, self._limit, self._after_ns = path, max_chunk_bytes, after_ns
+    def __init__(
+        self,
+        path: Path,
+        max_chunk_bytes: int,
+        after_ns: int | None = None,
+        before_ns: int | None = None,
+        summary: McapSummary | None = None,
+    ) -> None:
+        self._path, self._limit = path, max_chunk_bytes
+        self._after_ns, self._before_ns = after_ns, before_ns
+        self._known_summary = summary
         self._described = Described()
         self._found = self._lost = 0
         self._skipped = self._compressed = False
@@ -56,7 +67,8 @@ class McapScan:
         with self._path.open("rb") as file:
             self._file: BinaryIO = file
             self._size = os.fstat(file.fileno()).st_size
-            self._summary: McapSummary = read_mcap_summary(file, self._size)
+            known = self._known_summary
+            self._summary = read_mcap_summary(file, self._size) if known is None else known
             for found in self._walk():
                 if isinstance(found, Lost):
                     self._lost += found.messages or 0
@@ -68,6 +80,11 @@ class McapScan:
     def _walk(self) -> Iterator[Found]:
         at, end = len(MCAP_MAGIC), self._summary.starts_at or self._size
         closed = bool(self._summary.starts_at)
+        if self._after_ns is not None or self._before_ns is not None:
+            span = self._summary.span(self._after_ns, self._before_ns)
+            if span is not None:
+                at, end = span
+                self._skipped = True
         while at < end:
             op, length = self._record_at(at) or (0, 0)
             if op == 0:
@@ -218,7 +235,8 @@ class McapScan:
     def _chunk(self, at: int, length: int) -> Generator[Found, None, bool]:
         """Yield what is in a chunk, then what is wrong with it; return whether it was whole."""
         head = read_chunk_head(self._read(at + HEAD.size, _RECORD_START))
-        if self._after_ns is not None and head.end_ns < self._after_ns:
+        too_early = self._after_ns is not None and head.end_ns < self._after_ns
+        if too_early or (self._before_ns is not None and head.start_ns >= self._before_ns):
             self._skipped = True
             return True
         self._compressed = self._compressed or head.compression != ""

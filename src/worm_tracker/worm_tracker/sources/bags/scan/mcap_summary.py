@@ -50,6 +50,25 @@ class McapSummary:
         """Where the chunks begin, in order."""
         return sorted(self.chunks)
 
+    def span(self, after_ns: int | None, before_ns: int | None) -> tuple[int, int] | None:
+        """Return where the chunks begin and end that were recorded in a time.
+
+        None where the summary is not sound, or messages lie beside the chunks: then all of the file
+        must be gone through.
+        """
+        inside = sum(place.messages for place in self.chunks.values())
+        if not self.sound or inside == 0 or inside != sum(self.counts.values()):
+            return None
+        wanted = [
+            place
+            for place in self.chunks.values()
+            if (after_ns is None or place.end_ns >= after_ns)
+            and (before_ns is None or place.start_ns < before_ns)
+        ]
+        begins = (place.offset for place in wanted)
+        ends = (place.offset + place.length for place in wanted)
+        return min(begins, default=self.starts_at), max(ends, default=self.starts_at)
+
 
 def read_mcap_summary(file: BinaryIO, size: int) -> McapSummary:
     """Return the summary; an empty one where there is none or it makes no sense."""
