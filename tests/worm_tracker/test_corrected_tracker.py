@@ -4,11 +4,16 @@ import numpy as np
 import pytest
 from crawling_worm import FRAME_NS, SMALL_RIG, crawl, film, wavy_path
 
+from worm_msgs_py import Chamber, Geometry, Status
 from worm_msgs_py.errors import TrackerError
 from worm_msgs_py.files.corrections import Correction, CorrectionKind
-from worm_tracker.head_tail.identity import ExchangeKind
+from worm_tracker.frame_queue import FrameQueue
+from worm_tracker.frame_state import PendingFrame
+from worm_tracker.head_tail.identity import ExchangeKind, HeadTail, HeadTailSettings
+from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
+from worm_tracker.worm_track import WormTrack
 
 FRAMES, AHEAD = 24, 60
 """Frames of most tests, and those in which the worm goes ahead before it goes back for longer."""
@@ -133,3 +138,25 @@ def test_corrections_of_another_recording_are_refused(pictures):
 def test_corrections_that_exclude_each_other_are_refused():
     with pytest.raises(TrackerError, match="exchanged twice"):
         Tracker(PARAMETERS, corrections=[swap(0, 5), swap(5, None)])
+
+
+def test_a_head_in_the_passage_comes_from_the_chamber_that_the_corrected_head_was_in():
+    chambers = tuple(
+        Chamber(name, u, 100.0, 80.0, exit_rad, 0.01, 0.004)
+        for name, u, exit_rad in (("chamber_a", 100.0, 0.0), ("chamber_b", 400.0, np.pi))
+    )
+    rig = Geometry(1, 0, 500, 200, chambers, passage_length_m=0.0175)
+
+    def frame_ids(corrections):
+        head_tail = HeadTail(WormTrack(), HeadTailSettings())
+        queue = FrameQueue(head_tail, 0, np.nan, corrections)
+        for frame, (first_u, last_u) in enumerate([(60, 440), (240, 260)]):
+            line = np.stack([np.linspace(first_u, last_u, 121), np.full(121, 100.0)], axis=1)
+            widths = np.full(121, 12.0)
+            seen = Observation(Status.TRACKED, 250.0, 100.0, line, widths, 1.0, 12.0)
+            queue.push(PendingFrame(frame, frame * FRAME_NS, seen, rig))
+        return [told.state.frame_id for told in queue.finish()]
+
+    plain, corrected = frame_ids([]), frame_ids([swap(0, 0)])
+    assert plain[0] == plain[1]
+    assert corrected[0] == corrected[1] != plain[0]

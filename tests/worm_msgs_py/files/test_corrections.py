@@ -13,6 +13,7 @@ from worm_msgs_py.files.corrections import (
     Correction,
     CorrectionKind,
     corrections_from_json,
+    corrections_in_words,
     corrections_to_json,
     kept_corrections,
     read_corrections,
@@ -144,6 +145,18 @@ def test_what_is_no_file_of_corrections_is_refused(tmp_path, text):
     path.write_text(text)
     with pytest.raises(BadInput, match="is no file of corrections"):
         read_corrections(path)
+
+
+def test_a_line_for_people_says_which_frames_and_by_whom_and_stays_a_line():
+    by_hand, on_request = corrections_in_words([swap(1, 1), request(5), swap(3, None)], 12)
+    assert by_hand == (
+        "head and tail were exchanged by hand in 12 frames: from frame 1 to 1 (by Mia); "
+        "from frame 3 to the end (by Mia)"
+    )
+    assert on_request == "head and tail were exchanged on request: after frame 5 (by ~/swap_head)"
+    (long,) = corrections_in_words([swap(n, n) for n in range(1000)], 1000)
+    assert long.endswith("from frame 4 to 4 (by Mia); and 995 more, in corrections.json")
+    assert corrections_in_words([], 0) == []
 
 
 def test_a_file_that_is_not_there_says_what_makes_it(tmp_path):

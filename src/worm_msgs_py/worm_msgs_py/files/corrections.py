@@ -24,6 +24,7 @@ CORRECTIONS_FORMAT = 1
 LONGEST_CORRECTION_TEXT = 400
 """Signs that a name or a note may have."""
 _MOST_BYTES = 16 << 20
+_MOST_LISTED = 5
 _STAMPS = 2**63
 
 
@@ -281,10 +282,16 @@ def corrections_in_words(corrections: Iterable[Correction], frames_swapped: int)
     }
     told = list(corrections)
     return [
-        f"{line}: " + "; ".join(f"{one.frames_in_words} (by {one.by})" for one in those)
+        f"{line}: " + _listed([f"{one.frames_in_words} (by {one.by})" for one in those])
         for kind, line in said.items()
         if (those := [one for one in told if one.what is kind])
     ]
+
+
+def _listed(items: Sequence[str]) -> str:
+    more = len(items) - _MOST_LISTED
+    rest = [f"and {more} more, in {CORRECTIONS_FILE}"] if more > 0 else []
+    return "; ".join([*items[:_MOST_LISTED], *rest])
 
 
 def _correction(number: int, entry: Any) -> Correction:
