@@ -1,11 +1,14 @@
 """Events lead to their frames, and a note to the moment that it is on."""
 
+from dataclasses import replace
+
 import pyarrow.parquet as pq
 import pytest
+from report_trial import record, states
 from reviewed_trials import FPS, FRAMES, change_summary, small_trial
 
 from worm_analysis.results import read_results
-from worm_monitor.review.events import reviewed_events
+from worm_monitor.review.events import reviewed_doubts, reviewed_events
 
 
 @pytest.fixture(scope="module")
@@ -66,3 +69,31 @@ def test_a_note_of_another_form_stands_where_it_came(tmp_path):
 def test_an_event_after_the_last_frame_leads_to_it(tmp_path):
     event = noted(small_trial(tmp_path / "out"), "tracker: x changed from 1 to 2", FRAMES + 50)
     assert (event["row"], event["kind"]) == (FRAMES - 1, "source")
+
+
+def exchanged_in(*spans):
+    """A trial whose tracker told the other end in some spans of frames."""
+    trial = []
+    for state, midline in states(FRAMES / FPS, FPS):
+        if any(first <= state.frame <= last for first, last in spans):
+            state = replace(state, head=state.tail, tail=state.head)
+        trial.append((state, midline))
+    return trial
+
+
+def test_where_ends_change_places_the_frames_up_to_the_next_time_are_offered(tmp_path):
+    results = read_results(record(tmp_path / "out", exchanged_in((100, 149), (300, FRAMES - 1))))
+    turns = [doubt for doubt in reviewed_doubts(results) if doubt["turns"]]
+    found = {(doubt["row"], doubt["last"]): (doubt["from"], doubt["to"]) for doubt in turns}
+    assert found == {
+        (99, 100): (100, 149),
+        (149, 150): (150, 299),
+        (299, 300): (300, FRAMES - 1),
+    }
+
+
+def test_of_any_other_doubt_its_own_frames_are_offered(results):
+    (lost,) = reviewed_doubts(read_results(results))
+    assert (lost["from"], lost["to"]) == (lost["row"], lost["last"]) == (390, 394)
+    assert lost["text"].startswith("head and tail not told")
+    assert not lost["turns"]

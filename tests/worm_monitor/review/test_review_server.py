@@ -27,7 +27,7 @@ class Served:
         self.thread = threading.Thread(target=self.loop.run_forever)
         self.thread.start()
         access = Access("127.0.0.1", 0, token)
-        self.server = ReviewServer(TrialPictures(trial, None), access, "worm replay …", [])
+        self.server = ReviewServer(TrialPictures(trial, None), access, "worm replay …")
         self.run(self.server.site.listen())
         self.address = self.server.site.access.address
 

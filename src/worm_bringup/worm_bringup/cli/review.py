@@ -48,7 +48,7 @@ def review(
     trial = read_reviewed_trial(results)
     pictures = find_pictures(trial, bag)
     command = replay_command(results, trial.results.provenance, pictures.bag)
-    asyncio.run(_serve(ReviewServer(pictures, Access.to(host, port), command, [])))
+    asyncio.run(_serve(ReviewServer(pictures, Access.to(host, port), command)))
 
 
 async def _serve(server: ReviewServer) -> None:

@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from worm_monitor.access import Access
 from worm_monitor.drawn import drawn_chambers
 from worm_monitor.json_numbers import rounded
 from worm_monitor.pictures import with_head
-from worm_monitor.review.events import reviewed_events
+from worm_monitor.review.events import reviewed_doubts, reviewed_events
 from worm_monitor.review.kept_corrections import KeptCorrections, who_am_i
 from worm_monitor.review.pictures import TrialPictures
 from worm_monitor.review.trial import plotted_columns
@@ -36,8 +36,6 @@ class ReviewServer:
         Who may look.
     command : str
         How the trial is replayed with its corrections.
-    doubtful : sequence
-        Stretches at which a person should look, the worst first.
     """
 
     def __init__(
@@ -45,7 +43,6 @@ class ReviewServer:
         pictures: TrialPictures,
         access: Access,
         command: str,
-        doubtful: Sequence[dict[str, Any]],
     ) -> None:
         self._pictures = pictures
         self._trial = pictures.trial
@@ -53,7 +50,7 @@ class ReviewServer:
         self._disk = ThreadPoolExecutor(1, thread_name_prefix="disk")
         curves = plotted_columns(self._trial)
         self._curves = b"".join(values.tobytes() for values in curves.values())
-        self._about = json.dumps(self._told(list(curves), command, doubtful), allow_nan=False)
+        self._about = json.dumps(self._told(list(curves), command), allow_nan=False)
         routes = [
             web.get("/trial", self._tell),
             web.get("/columns", self._columns),
@@ -68,9 +65,7 @@ class ReviewServer:
         await self.site.close()
         self._disk.shutdown(cancel_futures=True)
 
-    def _told(
-        self, names: list[str], command: str, doubtful: Sequence[dict[str, Any]]
-    ) -> dict[str, Any]:
+    def _told(self, names: list[str], command: str) -> dict[str, Any]:
         trial, bag = self._trial, self._pictures.bag
         width, height = trial.size_px
         return {
@@ -81,7 +76,7 @@ class ReviewServer:
                 {"size": [width, height], "chambers": drawn_chambers(rig)} for rig in trial.rigs
             ],
             "events": reviewed_events(trial.results),
-            "doubtful": list(doubtful),
+            "doubtful": reviewed_doubts(trial.results),
             "applied": [
                 [entry.first_frame, entry.last_frame]
                 for entry in trial.results.corrections

@@ -59,6 +59,7 @@ function take(told) {
     exchanged: runs(trial.frames, (k) => wished[k]),
   };
   showCorrections();
+  fillDoubts();
   pose();
   mark();
 }
@@ -197,10 +198,11 @@ function setEnd(which) {
   selectTyped();
 }
 
+// Show a stretch with what is around it, and mark what could be exchanged there.
 function visit(stretch) {
   const [begin, end] = [data.t[stretch.row], data.t[stretch.last]];
   const room = Math.max(2, end - begin);
-  select([stretch.row, stretch.last]);
+  select([stretch.from ?? stretch.row, stretch.to ?? stretch.last]);
   show(begin - room, end + room);
   go(stretch.row);
 }
@@ -313,7 +315,7 @@ function drawWhole(tint) {
   pen.strokeStyle = ink.line; pen.strokeRect(left + 0.5, 2.5, right - left - 1, height - 5);
   bands(place, data.t, curves.contacts, ink.contact, [0.0, 0.5]);
   bands(place, data.t, curves.exchanged, ink.tail, [0.5, 0.72]);
-  bands(place, data.t, byTime(trial.doubtful), tint("doubt"), [0.75, 1]);
+  bands(place, data.t, byTime(trial.doubtful), tint("doubt"), [0.75, 1], 2);
   const [begin, end] = view.range.map(place.px);
   pen.strokeStyle = ink.ink; pen.lineWidth = 1.5; pen.strokeRect(begin + 0.75, 1.5, Math.max(2, end - begin - 1.5), height - 3);
   plot.upright(place, data.t[view.row], ink.ink);
@@ -334,9 +336,19 @@ function fillLists() {
   const kinds = [...new Set(trial.events.map(({ kind }) => kind))].sort();
   id("kind").append(...kinds.map((kind) => new Option(kind, kind)));
   fillEvents();
-  id("doubts").textContent = trial.doubtful.length || "";
+  fillDoubts();
+}
+
+// Whether what is exchanged on the page answers a doubt.
+function settled({ turns, row, last, from, to }) {
+  const { changed } = curves;
+  return Boolean(changed && (turns ? changed[row] ^ changed[last] : changed[from] && changed[to]));
+}
+
+function fillDoubts() {
+  id("doubts").textContent = trial.doubtful.length ? `${trial.doubtful.length}, the worst first` : "";
   list(id("doubtful"), trial.doubtful.map((stretch, k) => ({
-    of: k, cells: [["time", clock(data.t[stretch.row]).slice(1)], ["span", `${stretch.why}, ${framesOf(stretch)}`]],
+    of: k, cells: [["time", clock(data.t[stretch.row]).slice(1)], ["span", `${settled(stretch) ? "✓ " : ""}${stretch.text}`, settled(stretch) ? "settled" : "", framesOf(stretch)]],
     go: () => { view.place = k; visit(stretch); },
   })), "no frame is in doubt");
 }
@@ -361,7 +373,8 @@ function showCorrections() {
     cells: [["span", `${entry.frames}`, "", `${entry.by}, ${entry.at.replace("T", " ").replace("Z", " UTC")}${entry.note ? `: ${entry.note}` : ""}`]],
     go: () => {
       const row = rowOf(entry.first_frame);
-      visit({ row, last: entry.last_frame === null ? row : Math.min(trial.frames - 1, rowOf(entry.last_frame)) });
+      visit({ row, last: Math.min(trial.frames - 1, rowOf(entry.last_frame ?? entry.first_frame)) });
+      select(null);
     },
     action: entry.what === "swap_head" && free ? ["Undo", () => change({ remove: k })] : null,
   })), kept.damaged ? "" : "none yet");

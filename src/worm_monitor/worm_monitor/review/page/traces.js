@@ -64,8 +64,8 @@ export function runs(count, isTrue) {
   return found;
 }
 
-// Runs as bands; `part` is which part of the plot's height they take, from its top.
-export function bands(place, ts, those, colour, part = [0, 1]) {
+// Runs as bands, none so narrow that it is not seen; `part` is their part of the height, from the top.
+export function bands(place, ts, those, colour, part = [0, 1], least = 1) {
   within(place, (pen) => {
     pen.fillStyle = colour;
     const tall = place.bottom - place.top;
@@ -74,7 +74,7 @@ export function bands(place, ts, those, colour, part = [0, 1]) {
       const begin = Math.max(place.px(ts[first]), drawn), end = place.px(ts[Math.min(last + 1, ts.length - 1)]);
       if (end < place.left || end <= drawn) continue;
       if (begin > place.right) break;
-      const wide = Math.max(1, end - begin);
+      const wide = Math.max(least, end - begin);
       pen.fillRect(begin, place.top + part[0] * tall, wide, (part[1] - part[0]) * tall);
       drawn = begin + wide;
     }
