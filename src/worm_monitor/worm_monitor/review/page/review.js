@@ -8,14 +8,19 @@ import { list, words } from "./lists.js";
 
 const LOOK_EVERY_MS = 2000;
 const LEAST_S = 0.5;
+const MINUTES_FROM_S = 300;
 const DRAG_PX = 4;
 const LONG_STEP = 30;
 const PLOTS = ["radius", "theta", "psi", "certainty"];
+const STANDS_FOR = [
+  ["BAG", "BAG stands for the bag that was replayed, or recorded."],
+  ["RIG_FILE", "RIG_FILE stands for the file that was given with --rig: parameters or notes of this trial are in it."],
+];
 const id = (name) => document.getElementById(name);
 const picture = new Picture(id("picture"), id("closeup"));
-let trial = null, data = {}, curves = {}, gap = Infinity, places = {};
+let trial = null, data = {}, curves = {}, gap = Infinity, places = {}, drawn = {};
 let kept = { version: null, entries: [], refused: "", damaged: "" };
-const view = { row: 0, shown: null, range: [0, 1], span: 0, mark: null, place: -1, dirty: false, reading: false };
+const view = { row: 0, shown: null, range: [0, 1], span: 0, mark: null, place: -1, dirty: false, stale: true, reading: false };
 
 async function open() {
   trial = await (await fetch("trial")).json();
@@ -27,6 +32,7 @@ async function open() {
   document.title = `${trial.name}: review`;
   id("by").value = trial.by;
   id("command").textContent = trial.command;
+  id("stands").textContent = STANDS_FOR.filter(([word]) => trial.command.split(" ").includes(word)).map(([, meaning]) => meaning).join(" ");
   fillLists();
   choose(0);
   wire();
@@ -61,7 +67,7 @@ function take(told) {
   showCorrections();
   fillDoubts();
   pose();
-  mark();
+  markCurves();
 }
 
 async function look() {
@@ -160,7 +166,7 @@ function show(begin, end) {
   view.range = [from, from + long];
   view.span = long >= last ? 0 : long;
   for (const button of id("spans").children) button.setAttribute("aria-pressed", String(Math.abs(Number(button.dataset.span) - view.span) < 0.01));
-  mark();
+  markCurves();
 }
 
 function choose(span) {
@@ -179,14 +185,14 @@ function select(rows) {
   id("first").value = rows ? data.frame[rows[0]] : "";
   id("last").value = rows ? data.frame[rows[1]] : "";
   refuse("");
-  mark();
+  markCurves();
 }
 
 function selectTyped() {
   const [first, last] = ["first", "last"].map((name) => id(name).value.trim());
   const rows = [first, last].map((frame) => Math.min(trial.frames - 1, rowOf(Number(frame))));
   view.mark = first && last && rows[0] <= rows[1] ? rows : null;
-  mark();
+  markCurves();
 }
 
 function setEnd(which) {
@@ -216,6 +222,11 @@ function nextDoubt(by) {
 
 // --- what is drawn ---
 
+function markCurves() {
+  view.stale = true;
+  mark();
+}
+
 function mark() {
   if (view.dirty) return;
   view.dirty = true;
@@ -231,7 +242,9 @@ function draw() {
     id("blank").textContent = why_blank ? `No picture: ${why_blank}` : "";
     id("blank").hidden = !why_blank;
   }
-  if (curves.r) drawTime();
+  if (!curves.r) return;
+  if (view.stale) { view.stale = false; drawTime(); }
+  drawCursor();
 }
 
 function drawHead() {
@@ -273,11 +286,10 @@ function drawTime() {
   const tint = (name) => style.getPropertyValue(`--${name}`).trim();
   const t = data.t, range = view.range, rows = rowsWithin(t, range);
   rows[0] = Math.max(0, rows[0] - 1); rows[1] = Math.min(trial.frames, rows[1] + 1);
-  const xformat = (seconds) => (range[1] < 600 ? plain(Number(seconds.toFixed(2))) : `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`);
   const R = trial.geometries[0]?.chambers[0]?.R_mm;
   const high = 1.08 * (R ?? data.r.reduce((most, r) => (r > most ? r : most), 1));
   const turns = [-180, -90, 0, 90, 180];
-  const axes = (name, y, options) => plot.axes(id(name), range, y, { xformat, ...options });
+  const axes = (name, y, options) => timeAxes(id(name), range, y, options);
   places = {
     radius: axes("radius", [0, high], { label: "r, mm from the centre" }),
     theta: axes("theta", [-180, 180], { label: "θₕ, degrees; exit at 0", yticks: turns }),
@@ -299,12 +311,24 @@ function drawTime() {
   bands(certainty, t, byTime(trial.doubtful), tint("doubt"), [0.93, 1]);
   plot.level(certainty, trial.sure, ink.soft, [2, 3]);
   trace(certainty, t, curves.certainty, rows, ink.head, { gap });
-  for (const place of Object.values(places)) {
-    place.label();
-    plot.upright(place, t[view.row], ink.ink);
-  }
+  for (const place of Object.values(places)) place.label();
   drawWhole(tint);
-  drawCursor();
+  for (const name of Object.keys(places)) keep(name);
+}
+
+// Axes over seconds, which say minutes where they are many.
+function timeAxes(canvas, range, y, options) {
+  const [unit, name] = range[1] - range[0] > MINUTES_FROM_S ? [60, "min"] : [1, "s"];
+  const xformat = (value) => plain(Number(value.toFixed(2)), name);
+  const place = plot.axes(canvas, range.map((t) => t / unit), y, { xformat, ...options });
+  return { ...place, px: (t) => place.px(t / unit), at: (px) => place.at(px) * unit };
+}
+
+// Keep a plot as it is without the cursor: all of the curves are not drawn anew for each frame.
+function keep(name) {
+  const { width, height } = id(name);
+  drawn[name] = new OffscreenCanvas(Math.max(1, width), Math.max(1, height));
+  drawn[name].getContext("2d").drawImage(id(name), 0, 0);
 }
 
 // The whole trial in a strip, with the part that is shown below.
@@ -318,14 +342,21 @@ function drawWhole(tint) {
   bands(place, data.t, byTime(trial.doubtful), tint("doubt"), [0.75, 1], 2);
   const [begin, end] = view.range.map(place.px);
   pen.strokeStyle = ink.ink; pen.lineWidth = 1.5; pen.strokeRect(begin + 0.75, 1.5, Math.max(2, end - begin - 1.5), height - 3);
-  plot.upright(place, data.t[view.row], ink.ink);
-  places.whole = place;
+  places.whole = { ...place, ink };
 }
 
 const byTime = (stretches) => stretches.map(({ row, last }) => [row, last]).sort((a, b) => a[0] - b[0]);
 
 function drawCursor() {
   const { row } = view;
+  for (const [name, place] of Object.entries(places)) {
+    const [pen] = plot.ready(id(name));
+    pen.save();
+    pen.setTransform(1, 0, 0, 1, 0, 0);
+    pen.drawImage(drawn[name], 0, 0);
+    pen.restore();
+    plot.upright(place, data.t[row], place.ink.ink);
+  }
   const value = (name, digits) => { const is = curves[name][row]; return Number.isNaN(is) ? "–" : plain(Number(is.toFixed(digits))); };
   id("cursor").textContent = `${clock(data.t[row])}  r_h ${value("r", 2)} mm; θ_h ${value("theta", 0)}°; ψ_b ${value("psi", 0)}°`;
 }
@@ -419,8 +450,8 @@ function wire() {
   const whole = id("whole");
   whole.onpointerdown = (event) => { whole.setPointerCapture(event.pointerId); toPoint(event); };
   whole.onpointermove = (event) => { if (event.buttons) toPoint(event); };
-  window.addEventListener("resize", mark);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", mark);
+  window.addEventListener("resize", markCurves);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", markCurves);
 }
 
 function toPoint({ clientX }) {
