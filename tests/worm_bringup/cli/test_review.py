@@ -16,7 +16,7 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli.app import main
 from worm_bringup.cli.replay_command import replay_command
 from worm_model.inference.comparison import ModelParameters
-from worm_tracker.parameters import TrackerParameters
+from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES, TrackerParameters
 
 
 def refused(monkeypatch, capsys, *words):
@@ -48,7 +48,7 @@ def test_what_is_no_result_is_refused_in_a_line(monkeypatch, capsys, tmp_path):
 def told(source=None, trial=None, **parameters):
     """Return the provenance of a trial that was run with some parameters."""
     defaults = {
-        "tracker": asdict(TrackerParameters()),
+        "tracker": asdict(TrackerParameters(hold_back_frames=MOST_HOLD_BACK_FRAMES)),
         "analysis": asdict(AnalysisParameters()),
         "model": asdict(ModelParameters()),
     }
@@ -81,24 +81,31 @@ def given_again(monkeypatch, command):
 
 def test_a_trial_with_defaults_needs_no_options():
     command = replay_command(Path("out/a b"), told(), Path("bags/film"))
-    assert command == (
+    assert command.line == (
         "worm replay bags/film --topic image_raw --corrections 'out/a b' --out 'out/a b-corrected'"
     )
+    assert command.stands_for == ""
 
 
 def test_a_trial_that_is_corrected_already_is_corrected_in_its_place():
-    command = replay_command(Path("out/t-corrected"), told(), Path("film"))
-    assert command.endswith("--corrections out/t-corrected --out out/t-corrected")
+    line = replay_command(Path("out/t-corrected"), told(), Path("film")).line
+    assert line.endswith("--corrections out/t-corrected --out out/t-corrected")
 
 
-def test_the_command_names_what_the_results_do_not_lead_to():
-    assert replay_command(Path("out"), told(), None).startswith("worm replay BAG ")
-    for provenance in (
-        told(trial={"notes": "x"}),
-        told(tracker={"hold_back_frames": 3}),
-        told(model={"rule": "rate"}),
-    ):
-        assert " --rig RIG_FILE " in replay_command(Path("out"), provenance, None)
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"trial": {"notes": "x", "animal": "y"}}, "recorder, notes, animal as in summary.json"),
+        ({"tracker": {"hold_back_frames": 256}}, "tracker, hold_back_frames: 256"),  # of a live one
+        ({"model": {"rule": "rate"}}, "model, rule: rate"),
+    ],
+)
+def test_the_command_names_what_the_results_do_not_lead_to(given, said):
+    command = replay_command(Path("out"), told(**given), None)
+    assert command.line.startswith("worm replay BAG ")
+    assert "BAG stands for the bag" in command.stands_for
+    assert " --rig RIG_FILE " in command.line
+    assert said in command.stands_for
 
 
 REAL = st.floats(0.004, 0.02)
@@ -118,7 +125,7 @@ def test_numbers_in_millimetres_lead_back_to_the_metres_that_were_used(
         tracker={"radius_m": radius_m, "exit_width_m": width_m, "depth_m": depth_m},
         analysis={"body_width_m": body_width_m, "release_factor": factor},
     )
-    words = shlex.split(replay_command(Path("out"), provenance, None))
+    words = shlex.split(replay_command(Path("out"), provenance, None).line)
     options = dict(zip(words[3::2], words[4::2], strict=True))
     assert float(options["--radius-mm"]) * 1e-3 == pytest.approx(radius_m, rel=1e-15)
     assert float(options["--exit-width-mm"]) * 1e-3 == pytest.approx(width_m, rel=1e-15)
@@ -135,7 +142,7 @@ def test_the_command_gives_the_nodes_the_parameters_of_the_trial(monkeypatch, tm
                      "body_width_m": 0.00061, "max_gap_s": 0.25},
     }  # fmt: skip
     source = {"topic": "image_raw/compressed", "start_offset_s": "1.5", "playback_duration_s": "9"}
-    command = replay_command(tmp_path / "out", told(source, **used), Path("bags/trial"))
+    command = replay_command(tmp_path / "out", told(source, **used), Path("bags/trial")).line
     command = command.replace(f"--corrections {tmp_path / 'out'} ", "")  # there are none here
     seen = given_again(monkeypatch, command)
     for node, its in told(**used)["parameters"].items():

@@ -151,6 +151,7 @@ def corrected(chromium, results):
         tab.page.fill("#note", "it turned in the fold")
         tab.page.click("#exchange button")
         tab.until_listed(1)
+        tab.until("() => document.getElementById('stamp').innerText.endsWith('exchanged')")
         seen |= {"range": (first, last), "dots": (before, tab.dots())}
         seen["effect"], seen["entry"] = tab.text("effect"), tab.text("entries")
         seen["tiles"] = tab.text("tiles")

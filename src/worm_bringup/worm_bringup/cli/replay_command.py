@@ -3,7 +3,7 @@
 import math
 import shlex
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +12,38 @@ from worm_bringup.cli.options import TRACKER_NUMBERS
 from worm_bringup.cli.usage import option_name
 from worm_model.inference.comparison import ModelParameters
 from worm_msgs_py.units import MM_PER_M
-from worm_tracker.parameters import TrackerParameters
+from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES, TrackerParameters
 
-BAG, RIG_FILE = "BAG", "RIG_FILE"
-"""What stands in the command for files that the results do not lead to."""
+_BAG, _RIG_FILE = "BAG", "RIG_FILE"
 _CIRCLES = {
     "--circle-px": ("centre_u_px", "centre_v_px", "radius_px"),
     "--circle-b-px": ("centre_b_u_px", "centre_b_v_px", "radius_b_px"),
 }
+_IN_FILES_ONLY = ("hold_back_frames", "calibration_frames")
 _DEFAULTS_OF_NODES = {
-    "tracker": asdict(TrackerParameters()),
+    "tracker": asdict(TrackerParameters()) | {"hold_back_frames": MOST_HOLD_BACK_FRAMES},
     "analysis": asdict(AnalysisParameters()),
     "model": asdict(ModelParameters()),
 }
 
 
-def replay_command(results: Path, provenance: Mapping[str, Any], bag: Path | None) -> str:
+@dataclass(frozen=True, slots=True)
+class ReplayCommand:
+    """A command, and what the words in it stand for that a person must put in.
+
+    Attributes
+    ----------
+    line : str
+        For a shell.
+    stands_for : str
+        Sentences; empty where the line can be used as it is.
+    """
+
+    line: str
+    stands_for: str
+
+
+def replay_command(results: Path, provenance: Mapping[str, Any], bag: Path | None) -> ReplayCommand:
     """Return the command that applies the corrections of a trial.
 
     Parameters
@@ -37,10 +53,11 @@ def replay_command(results: Path, provenance: Mapping[str, Any], bag: Path | Non
     provenance : mapping
         As read from its summary.
     bag : Path or None
-        What holds the pictures; None: `BAG` stands for it.
+        What holds the pictures; None: it is not known.
     """
     source = provenance["source"]
-    words = ["worm", "replay", BAG if bag is None else str(bag)]
+    words = ["worm", "replay", _BAG if bag is None else str(bag)]
+    stands = [f"{_BAG} stands for the bag that was replayed, or recorded."] * (bag is None)
     if source.get("bag") and source.get("topic"):
         words += ["--topic", str(source["topic"])]
     for key, option in (
@@ -52,11 +69,14 @@ def replay_command(results: Path, provenance: Mapping[str, Any], bag: Path | Non
     if "salvaged" in source:
         words.append("--salvage")
     words += _options(provenance["parameters"])
-    if _needs_rig_file(provenance):
-        words += ["--rig", RIG_FILE]
+    of_rig_file = list(_of_rig_file(provenance))
+    if of_rig_file:
+        words += ["--rig", _RIG_FILE]
+        what = "; ".join(of_rig_file)
+        stands.append(f"{_RIG_FILE} stands for a parameter file with what no option gives: {what}.")
     corrected = results if results.name.endswith("-corrected") else _corrected(results)
     words += ["--corrections", str(results), "--out", str(corrected)]
-    return shlex.join(words)
+    return ReplayCommand(shlex.join(words), " ".join(stands))
 
 
 def _corrected(results: Path) -> Path:
@@ -95,12 +115,15 @@ def _changed(node: str, parameters: Mapping[str, Mapping[str, Any]]) -> dict[str
     }
 
 
-def _needs_rig_file(provenance: Mapping[str, Any]) -> bool:
-    """Tell whether something was given that no option gives."""
+def _of_rig_file(provenance: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what was given that no option gives."""
     parameters = provenance["parameters"]
-    in_files_only = {"hold_back_frames", "calibration_frames"} & {*_changed("tracker", parameters)}
-    noted = provenance.get("trial")
-    return bool(in_files_only or _changed("model", parameters) or noted)
+    for node in ("tracker", "model"):
+        for name, value in _changed(node, parameters).items():
+            if node == "model" or name in _IN_FILES_ONLY:
+                yield f"{node}, {name}: {value}"
+    if provenance.get("trial"):
+        yield f"recorder, {', '.join(provenance['trial'])} as in summary.json"
 
 
 def _times(unit: float, value: float) -> str:

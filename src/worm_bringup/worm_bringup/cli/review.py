@@ -48,7 +48,8 @@ def review(
     trial = read_reviewed_trial(results)
     pictures = find_pictures(trial, bag)
     command = replay_command(results, trial.results.provenance, pictures.bag)
-    asyncio.run(_serve(ReviewServer(pictures, Access.to(host, port), command)))
+    access = Access.to(host, port)
+    asyncio.run(_serve(ReviewServer(pictures, access, command.line, command.stands_for)))
 
 
 async def _serve(server: ReviewServer) -> None:

@@ -36,6 +36,8 @@ class ReviewServer:
         Who may look.
     command : str
         How the trial is replayed with its corrections.
+    stands_for : str
+        What the words in it stand for that a person must put in.
     """
 
     def __init__(
@@ -43,6 +45,7 @@ class ReviewServer:
         pictures: TrialPictures,
         access: Access,
         command: str,
+        stands_for: str = "",
     ) -> None:
         self._pictures = pictures
         self._trial = pictures.trial
@@ -50,7 +53,7 @@ class ReviewServer:
         self._disk = ThreadPoolExecutor(1, thread_name_prefix="disk")
         curves = plotted_columns(self._trial)
         self._curves = b"".join(values.tobytes() for values in curves.values())
-        self._about = json.dumps(self._told(list(curves), command), allow_nan=False)
+        self._about = json.dumps(self._told(list(curves), command, stands_for), allow_nan=False)
         routes = [
             web.get("/trial", self._tell),
             web.get("/columns", self._columns),
@@ -65,8 +68,8 @@ class ReviewServer:
         await self.site.close()
         self._disk.shutdown(cancel_futures=True)
 
-    def _told(self, names: list[str], command: str) -> dict[str, Any]:
-        trial, bag = self._trial, self._pictures.bag
+    def _told(self, names: list[str], command: str, stands_for: str) -> dict[str, Any]:
+        trial = self._trial
         width, height = trial.size_px
         return {
             "name": trial.directory.absolute().name,
@@ -83,9 +86,9 @@ class ReviewServer:
                 if entry.swaps(entry.first_frame)
             ],
             "sure": SURE_HEAD_CERTAINTY,
-            "bag": None if bag is None else str(bag),
             "by": who_am_i(),
             "command": command,
+            "stands_for": stands_for,
         }
 
     async def _tell(self, request: web.Request) -> web.StreamResponse:

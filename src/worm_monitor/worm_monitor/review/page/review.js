@@ -1,24 +1,17 @@
 // The page: a trial frame by frame, and which end of the worm is the head put right.
 
-import * as plot from "./plots.js";
+import { Course, LEAST_S, PLOTS } from "./course.js";
 import { Picture } from "./picture.js";
 import { clock, plain, tiles } from "./tiles.js";
-import { bands, nearest, rowsWithin, runs, trace } from "./traces.js";
+import { runs } from "./traces.js";
 import { list, words } from "./lists.js";
 
 const LOOK_EVERY_MS = 2000;
-const LEAST_S = 0.5;
-const MINUTES_FROM_S = 300;
 const DRAG_PX = 4;
 const LONG_STEP = 30;
-const PLOTS = ["radius", "theta", "psi", "certainty"];
-const STANDS_FOR = [
-  ["BAG", "BAG stands for the bag that was replayed, or recorded."],
-  ["RIG_FILE", "RIG_FILE stands for the file that was given with --rig: parameters or notes of this trial are in it."],
-];
 const id = (name) => document.getElementById(name);
 const picture = new Picture(id("picture"), id("closeup"));
-let trial = null, data = {}, curves = {}, gap = Infinity, places = {}, drawn = {};
+let trial = null, data = {}, curves = {}, course = null;
 let kept = { version: null, entries: [], refused: "", damaged: "" };
 const view = { row: 0, shown: null, range: [0, 1], span: 0, mark: null, place: -1, dirty: false, stale: true, reading: false };
 
@@ -26,13 +19,12 @@ async function open() {
   trial = await (await fetch("trial")).json();
   const all = new Float32Array(await (await fetch("columns")).arrayBuffer());
   trial.columns.forEach((name, k) => { data[name] = all.subarray(k * trial.frames, (k + 1) * trial.frames); });
-  const steps = Array.from(data.t.subarray(1, 200), (t, k) => t - data.t[k]).sort((a, b) => a - b);
-  gap = 3.5 * (steps[steps.length >> 1] ?? 1);
+  course = new Course(trial, data, id);
   id("name").textContent = trial.name;
   document.title = `${trial.name}: review`;
   id("by").value = trial.by;
   id("command").textContent = trial.command;
-  id("stands").textContent = STANDS_FOR.filter(([word]) => trial.command.split(" ").includes(word)).map(([, meaning]) => meaning).join(" ");
+  id("stands").textContent = trial.stands_for;
   fillLists();
   choose(0);
   wire();
@@ -243,8 +235,9 @@ function draw() {
     id("blank").hidden = !why_blank;
   }
   if (!curves.r) return;
-  if (view.stale) { view.stale = false; drawTime(); }
-  drawCursor();
+  if (view.stale) { view.stale = false; course.draw(view.range, curves, view.mark); }
+  course.drawCursor(view.row);
+  drawReadout();
 }
 
 function drawHead() {
@@ -281,84 +274,9 @@ function drawHead() {
   }
 }
 
-function drawTime() {
-  const style = getComputedStyle(document.documentElement);
-  const tint = (name) => style.getPropertyValue(`--${name}`).trim();
-  const t = data.t, range = view.range, rows = rowsWithin(t, range);
-  rows[0] = Math.max(0, rows[0] - 1); rows[1] = Math.min(trial.frames, rows[1] + 1);
-  const R = trial.geometries[0]?.chambers[0]?.R_mm;
-  const high = 1.08 * (R ?? data.r.reduce((most, r) => (r > most ? r : most), 1));
-  const turns = [-180, -90, 0, 90, 180];
-  const axes = (name, y, options) => timeAxes(id(name), range, y, options);
-  places = {
-    radius: axes("radius", [0, high], { label: "r, mm from the centre" }),
-    theta: axes("theta", [-180, 180], { label: "θₕ, degrees; exit at 0", yticks: turns }),
-    psi: axes("psi", [-180, 180], { label: "ψ_b, degrees", yticks: turns }),
-    certainty: axes("certainty", [0.45, 1.22], { label: "head certainty", yticks: [0.5, trial.sure, 1] }),
-  };
-  const { radius, theta, psi, certainty } = places, { ink } = radius;
-  for (const place of Object.values(places)) {
-    bands(place, t, curves.exchanged, tint("exchanged"));
-    if (view.mark) bands(place, t, [view.mark], tint("marked"));
-  }
-  bands(radius, t, curves.contacts, ink.contact);
-  if (R) plot.level(radius, R, ink.wall, []);
-  trace(radius, t, curves.other, rows, ink.tail, { gap, width: 0.8 });
-  trace(radius, t, curves.r, rows, ink.head, { gap });
-  plot.level(theta, 0, ink.exit);
-  trace(theta, t, curves.theta, rows, ink.head, { gap, wrap: 360 });
-  trace(psi, t, curves.psi, rows, ink.body, { gap, wrap: 360 });
-  bands(certainty, t, byTime(trial.doubtful), tint("doubt"), [0.93, 1]);
-  plot.level(certainty, trial.sure, ink.soft, [2, 3]);
-  trace(certainty, t, curves.certainty, rows, ink.head, { gap });
-  for (const place of Object.values(places)) place.label();
-  drawWhole(tint);
-  for (const name of Object.keys(places)) keep(name);
-}
-
-// Axes over seconds, which say minutes where they are many.
-function timeAxes(canvas, range, y, options) {
-  const [unit, name] = range[1] - range[0] > MINUTES_FROM_S ? [60, "min"] : [1, "s"];
-  const xformat = (value) => plain(Number(value.toFixed(2)), name);
-  const place = plot.axes(canvas, range.map((t) => t / unit), y, { xformat, ...options });
-  return { ...place, px: (t) => place.px(t / unit), at: (px) => place.at(px) * unit };
-}
-
-// Keep a plot as it is without the cursor: all of the curves are not drawn anew for each frame.
-function keep(name) {
-  const { width, height } = id(name);
-  drawn[name] = new OffscreenCanvas(Math.max(1, width), Math.max(1, height));
-  drawn[name].getContext("2d").drawImage(id(name), 0, 0);
-}
-
-// The whole trial in a strip, with the part that is shown below.
-function drawWhole(tint) {
-  const [pen, width, height] = plot.ready(id("whole"));
-  const last = Math.max(data.t[trial.frames - 1], LEAST_S), { left, right, ink } = places.radius;
-  const place = { pen, left, right, top: 2, bottom: height - 2, px: (t) => left + (t / last) * (right - left), at: (px) => ((px - left) / (right - left)) * last };
-  pen.strokeStyle = ink.line; pen.strokeRect(left + 0.5, 2.5, right - left - 1, height - 5);
-  bands(place, data.t, curves.contacts, ink.contact, [0.0, 0.5]);
-  bands(place, data.t, curves.exchanged, ink.tail, [0.5, 0.72]);
-  bands(place, data.t, byTime(trial.doubtful), tint("doubt"), [0.75, 1], 2);
-  const [begin, end] = view.range.map(place.px);
-  pen.strokeStyle = ink.ink; pen.lineWidth = 1.5; pen.strokeRect(begin + 0.75, 1.5, Math.max(2, end - begin - 1.5), height - 3);
-  places.whole = { ...place, ink };
-}
-
-const byTime = (stretches) => stretches.map(({ row, last }) => [row, last]).sort((a, b) => a[0] - b[0]);
-
-function drawCursor() {
-  const { row } = view;
-  for (const [name, place] of Object.entries(places)) {
-    const [pen] = plot.ready(id(name));
-    pen.save();
-    pen.setTransform(1, 0, 0, 1, 0, 0);
-    pen.drawImage(drawn[name], 0, 0);
-    pen.restore();
-    plot.upright(place, data.t[row], place.ink.ink);
-  }
-  const value = (name, digits) => { const is = curves[name][row]; return Number.isNaN(is) ? "–" : plain(Number(is.toFixed(digits))); };
-  id("cursor").textContent = `${clock(data.t[row])}  r_h ${value("r", 2)} mm; θ_h ${value("theta", 0)}°; ψ_b ${value("psi", 0)}°`;
+function drawReadout() {
+  const value = (name, digits) => { const is = curves[name][view.row]; return Number.isNaN(is) ? "–" : plain(Number(is.toFixed(digits))); };
+  id("cursor").textContent = `${clock(data.t[view.row])}  r_h ${value("r", 2)} mm; θ_h ${value("theta", 0)}°; ψ_b ${value("psi", 0)}°`;
 }
 
 // --- lists ---
@@ -455,14 +373,14 @@ function wire() {
 }
 
 function toPoint({ clientX }) {
-  go(nearest(data.t, places.whole.at(clientX - id("whole").getBoundingClientRect().left)));
+  go(course.rowAt("whole", clientX));
   centre();
 }
 
 // A click on a plot goes to its frame; a drag marks a stretch.
 function drag(canvas, name) {
   let began = null;
-  const row = ({ clientX }) => nearest(data.t, places[name].at(clientX - canvas.getBoundingClientRect().left));
+  const row = ({ clientX }) => course.rowAt(name, clientX);
   canvas.onpointerdown = (event) => { began = { x: event.clientX, row: row(event), far: false }; canvas.setPointerCapture(event.pointerId); };
   canvas.onpointermove = (event) => {
     if (!began) return;
