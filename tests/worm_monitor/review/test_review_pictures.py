@@ -1,5 +1,6 @@
 """Each frame is shown with the picture of its own stamp, or with none."""
 
+from contextlib import ExitStack, closing
 from dataclasses import replace
 
 import cv2
@@ -9,12 +10,19 @@ from picture_bags import PERIOD_NS, START_NS, numbered_picture, stamps, write_ba
 from report_trial import record, states
 from reviewed_trials import change_summary
 
-from worm_monitor.review.pictures import find_pictures
+from worm_monitor.review.pictures import find_pictures as find_pictures_of
 from worm_monitor.review.trial import read_reviewed_trial
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.files.frame_pictures import frame_picture_path
 
 COUNT = 40
+
+
+@pytest.fixture
+def find_pictures():
+    """Find pictures, and let go of them at the end."""
+    with ExitStack() as stack:
+        yield lambda *of: stack.enter_context(closing(find_pictures_of(*of)))
 
 
 def trial_of(directory, first=0, count=COUNT, source=None):
@@ -40,21 +48,23 @@ def shown_number(pictures, row):
     return int(np.argmin(apart))
 
 
-def test_a_frame_is_shown_with_its_own_picture_in_whatever_order_one_asks(tmp_path):
+def test_a_frame_is_shown_with_its_own_picture_in_whatever_order_one_asks(find_pictures, tmp_path):
     trial = trial_of(tmp_path / "out")
     pictures = find_pictures(trial, write_bag(tmp_path / "mine", COUNT))
     for row in (0, COUNT - 1, 7, 8, 7, 20):
         assert shown_number(pictures, row) == row
 
 
-def test_a_trial_that_begins_later_in_its_bag_has_the_later_pictures(tmp_path):
+def test_a_trial_that_begins_later_in_its_bag_has_the_later_pictures(find_pictures, tmp_path):
     trial = trial_of(tmp_path / "out", first=11, count=20)
     pictures = find_pictures(trial, write_bag(tmp_path / "mine", COUNT))
     assert [shown_number(pictures, row) for row in (0, 19)] == [11, 30]
 
 
 @pytest.mark.parametrize("place", ["film", "bags/film", "results/film"])
-def test_the_bag_that_the_results_name_is_found_around_them(tmp_path, place, monkeypatch):
+def test_the_bag_that_the_results_name_is_found_around_them(
+    find_pictures, tmp_path, place, monkeypatch
+):
     trial = trial_of(tmp_path / "results" / "out")
     (tmp_path / place).parent.mkdir(exist_ok=True)
     write_bag(tmp_path / place, COUNT)
@@ -64,7 +74,7 @@ def test_the_bag_that_the_results_name_is_found_around_them(tmp_path, place, mon
     assert find_pictures(trial, None).bag.resolve() == tmp_path / place
 
 
-def test_a_bag_of_that_name_with_other_stamps_is_not_taken(tmp_path, monkeypatch):
+def test_a_bag_of_that_name_with_other_stamps_is_not_taken(find_pictures, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     trial = trial_of(tmp_path / "out", first=COUNT)
     other = write_bag(tmp_path / "film", COUNT)
@@ -75,7 +85,7 @@ def test_a_bag_of_that_name_with_other_stamps_is_not_taken(tmp_path, monkeypatch
         find_pictures(trial, other)
 
 
-def test_a_name_that_leads_elsewhere_is_not_followed(tmp_path, monkeypatch):
+def test_a_name_that_leads_elsewhere_is_not_followed(find_pictures, tmp_path, monkeypatch):
     (tmp_path / "deep").mkdir()
     monkeypatch.chdir(tmp_path / "deep")
     write_bag(tmp_path / "film", COUNT)
@@ -83,7 +93,7 @@ def test_a_name_that_leads_elsewhere_is_not_followed(tmp_path, monkeypatch):
     assert find_pictures(trial, None).bag is None
 
 
-def test_the_results_own_bag_may_hold_the_pictures(tmp_path, monkeypatch):
+def test_the_results_own_bag_may_hold_the_pictures(find_pictures, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     trial = trial_of(tmp_path / "out")
     bag = write_bag(tmp_path / "out" / "bag", COUNT)
@@ -93,7 +103,7 @@ def test_the_results_own_bag_may_hold_the_pictures(tmp_path, monkeypatch):
 
 
 def test_without_a_bag_the_picture_of_the_report_is_shown_where_it_is_of_that_frame(
-    tmp_path, monkeypatch
+    find_pictures, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
     trial = trial_of(tmp_path / "out")
@@ -103,7 +113,7 @@ def test_without_a_bag_the_picture_of_the_report_is_shown_where_it_is_of_that_fr
     assert "--bag" in pictures.jpeg(7)[2]
 
 
-def test_a_bag_that_is_none_is_refused_in_a_line(tmp_path):
+def test_a_bag_that_is_none_is_refused_in_a_line(find_pictures, tmp_path):
     trial = trial_of(tmp_path / "out")
     with pytest.raises(BadInput, match="nowhere"):
         find_pictures(trial, tmp_path / "nowhere")

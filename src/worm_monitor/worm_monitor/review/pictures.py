@@ -1,9 +1,9 @@
 """Where the pictures of a trial are, and each of them as a browser shows it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import partial
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -12,6 +12,7 @@ from worm_monitor.pictures import shown_jpeg
 from worm_monitor.review.trial import ReviewedTrial
 from worm_msgs_py.errors import BadInput, BadPicture
 from worm_msgs_py.files.frame_pictures import frame_pictures
+from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.one_picture import open_bag_of, picture_at
 from worm_tracker.sources.image_decoder import Grey
 
@@ -19,19 +20,42 @@ _BLANK = 40
 """Grey level of the ground that is drawn on where there is no picture."""
 
 
-@dataclass(frozen=True, eq=False)
 class TrialPictures:
     """The pictures of a trial's frames.
 
-    Attributes
+    Parameters
     ----------
     trial : ReviewedTrial
     bag : Path or None
         What holds them; None where no bag is found.
+
+    Raises
+    ------
+    BadInput
+        The bag is none, or is another one's: it has no picture with the stamp of the first frame.
     """
 
-    trial: ReviewedTrial
-    bag: Path | None
+    def __init__(self, trial: ReviewedTrial, bag: Path | None) -> None:
+        self.trial = trial
+        self.bag = bag
+        self._open: BagPictures | None = None
+        if bag is None:
+            return
+        self._open = open_bag_of(bag, self._played, 0.0, None)
+        try:
+            with suppress(BadPicture):  # it is the right one, and damaged
+                self._of_bag(self._open, 0)
+        except BadInput as error:
+            self.close()
+            raise BadInput(f"{bag}: is not the bag of {trial.directory}: {error}") from None
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Let go of the bag."""
+        if self._open is not None:
+            self._open.close()
 
     def jpeg(self, row: int) -> tuple[bytes, float, str]:
         """Return a frame's picture, how much smaller it was made, and why it is blank.
@@ -40,7 +64,7 @@ class TrialPictures:
         """
         why = "the bag is not found: name it with --bag"
         try:
-            grey = self._kept(row) if self.bag is None else self._of_bag(self.bag, row)
+            grey = self._kept(row) if self._open is None else self._of_bag(self._open, row)
         except (BadInput, BadPicture, OSError) as error:
             grey, why = None, str(error)
         if grey is not None:
@@ -48,20 +72,19 @@ class TrialPictures:
         width, height = self.trial.size_px
         return *shown_jpeg(np.full((height, width), _BLANK, dtype=np.uint8)), why
 
-    def check(self) -> None:
-        """Raise BadInput where the bag has no picture with the stamp of the first frame."""
-        if self.bag is not None:
-            self._of_bag(self.bag, 0)
+    @property
+    def _played(self) -> dict[str, Any]:
+        """What of the source's parameters tells where its pictures are."""
+        source = self.trial.results.provenance["source"]
+        return {name: source.get(name) for name in ("bag", "topic")} | {
+            "salvage": "salvaged" in source
+        }
 
-    def _of_bag(self, bag: Path, row: int) -> Grey:
+    def _of_bag(self, bag: BagPictures, row: int) -> Grey:
         results = self.trial.results
-        source = results.provenance["source"]
-        played = {name: source.get(name) for name in ("bag", "topic")}
-        return picture_at(
-            partial(open_bag_of, bag, played | {"salvage": "salvaged" in source}),
-            int(self.trial.stamps_ns[row]),
-            float(source.get("start_offset_s") or 0.0) + float(results.t_s[row]),
-        )
+        offset_s = float(results.provenance["source"].get("start_offset_s") or 0.0)
+        after_s = offset_s + float(results.t_s[row])
+        return picture_at(bag.part, int(self.trial.stamps_ns[row]), after_s)
 
     def _kept(self, row: int) -> Grey | None:
         """Return the picture that the report opens with, if it is of this frame."""
@@ -82,25 +105,10 @@ def find_pictures(trial: ReviewedTrial, bag: Path | None) -> TrialPictures:
         The bag that is given is none, or another one's.
     """
     if bag is not None:
-        given = TrialPictures(trial, bag)
-        try:
-            given.check()
-        except BadPicture:
-            pass  # damaged, and the right one
-        except BadInput as error:
-            if not bag.exists():
-                raise
-            raise BadInput(f"{bag}: is not the bag of {trial.directory}: {error}") from None
-        return given
+        return TrialPictures(trial, bag)
     for place in _places(trial):
-        found = TrialPictures(trial, place)
-        try:
-            found.check()
-        except (BadInput, OSError):
-            continue
-        except BadPicture:
-            pass
-        return found
+        with suppress(BadInput, OSError):
+            return TrialPictures(trial, place)
     return TrialPictures(trial, None)
 
 

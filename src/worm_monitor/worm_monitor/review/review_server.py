@@ -67,6 +67,7 @@ class ReviewServer:
         """Answer no more."""
         await self.site.close()
         self._disk.shutdown(cancel_futures=True)
+        self._pictures.close()
 
     def _told(self, names: list[str], command: str, stands_for: str) -> dict[str, Any]:
         trial = self._trial
