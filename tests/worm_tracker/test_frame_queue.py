@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from crawling_worm import FRAME_NS, SMALL_RIG, crawl, film, wavy_path
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from worm_msgs_py import Status
@@ -213,6 +213,8 @@ def told_in_steps(kinds, most, hold_back_frames):
 
 
 @given(kinds=st.lists(st.sampled_from(sorted(KINDS)), max_size=40), most=st.integers(1, 5))
+@example(kinds=["coil"] * 5 + ["open", "coil", "open"], most=1)
+@example(kinds=["coil"] * 5 + ["open", "coil", "open", "gone"], most=1)
 def test_a_way_back_that_is_spread_over_frames_tells_the_same(kinds, most):
     at_once, _ = told_in_steps(kinds, None, 100)
     spread, steps = told_in_steps(kinds, most, 100)

@@ -58,6 +58,7 @@ class _WayBack:
     ----------
     opened : int
         Number of that frame; once the way is over, all up to it can be linked.
+    propagate_back : callable
     runs : deque of Coils
         Those that are left to go through.
     told : deque of iterator of Observation
@@ -65,6 +66,7 @@ class _WayBack:
     """
 
     opened: int
+    propagate_back: PropagateBack
     runs: deque[Coils]
     told: deque[Iterator[Observation]]
 
@@ -169,21 +171,16 @@ class FrameQueue:
             Most frames to go back by now; None: all, and those that no frame can wait for.
         """
         if self._way_back is None:
-            opened = next((told for told in reversed(self._waiting) if told.is_open), None)
-            if opened is None:
-                return
-            runs = deque(self.coils())
-            told = deque(propagate_back(run.opened, run.detections) for run in runs)
-            self._way_back = _WayBack(opened.frame, runs, told)
+            self._begin_way_back(propagate_back)
         if most is None or len(self) > self._hold_back_frames:
             self._end_way_back()
             return
         steps = 0
-        while self._way_back.step():
-            steps += 1
-            if steps >= most:
-                return
-        self._end_way_back()
+        while self._way_back is not None and steps < most:
+            if self._way_back.step():
+                steps += 1
+            else:
+                self._arrive(self._way_back)
 
     def reopen(self) -> None:
         """Take back what was told of the frames that wait: their body was not the worm's."""
@@ -267,15 +264,26 @@ class FrameQueue:
         self._head_first = None
         return exchange
 
-    def _end_way_back(self) -> None:
-        """Go the rest of a way back that was begun, and link what it tells."""
-        way, self._way_back = self._way_back, None
-        if way is None:
-            return
-        while way.step():
-            pass
+    def _begin_way_back(self, propagate_back: PropagateBack) -> None:
+        """Begin to go back from the last frame that shows the body, where one waits."""
+        self._way_back = None
+        opened = next((told for told in reversed(self._waiting) if told.is_open), None)
+        if opened is not None:
+            runs = deque(self.coils())
+            told = deque(propagate_back(run.opened, run.detections) for run in runs)
+            self._way_back = _WayBack(opened.frame, propagate_back, runs, told)
+
+    def _arrive(self, way: _WayBack) -> None:
+        """Link what a way back has told, and begin the next where a fold has opened meanwhile."""
         while self._waiting and self._waiting[0].frame <= way.opened:
             self._link_oldest(1)
+        self._begin_way_back(way.propagate_back)
+
+    def _end_way_back(self) -> None:
+        """Go the rest of a way back that was begun, and of those after it."""
+        while self._way_back is not None:
+            if not self._way_back.step():
+                self._arrive(self._way_back)
 
     def _link_oldest(self, count: int) -> None:
         for _ in range(count):
