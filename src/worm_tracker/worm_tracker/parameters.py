@@ -17,6 +17,7 @@ MOST_HOLD_BACK_FRAMES = 1000
 """Most frames that may wait, and what a replay takes, where nobody waits for the poses: a worm that
 lies folded when the film begins may take long to show which end is its head. More would take
 memory (0.2 MiB a frame of a fold), and given at once overrun what DDS keeps."""
+HOLD_BACK = limits.Limit(0, MOST_HOLD_BACK_FRAMES, "frames")
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,7 @@ class TrackerParameters:
     hold_back_frames: int = declare(
         256,
         "Most frames that wait for the decision which end is the head (worm replay: 1000).",
-        limits.Limit(0, MOST_HOLD_BACK_FRAMES, "frames"),
+        HOLD_BACK,
     )
     calibration_frames: int = declare(
         10,

@@ -87,6 +87,13 @@ def test_a_trial_with_defaults_needs_no_options():
     assert command.stands_for == ""
 
 
+def test_a_live_trials_frames_wait_no_longer_when_it_is_replayed():
+    of_live = {"hold_back_frames": TrackerParameters().hold_back_frames}
+    command = replay_command(Path("out"), told(tracker=of_live), Path("bags/film"))
+    assert "--hold-back-frames 256 " in command.line
+    assert command.stands_for == ""
+
+
 def test_a_trial_that_is_corrected_already_is_corrected_in_its_place():
     line = replay_command(Path("out/t-corrected"), told(), Path("film")).line
     assert line.endswith("--corrections out/t-corrected --out out/t-corrected")
@@ -96,7 +103,7 @@ def test_a_trial_that_is_corrected_already_is_corrected_in_its_place():
     ("given", "said"),
     [
         ({"trial": {"notes": "x", "animal": "y"}}, "recorder, notes, animal as in summary.json"),
-        ({"tracker": {"hold_back_frames": 256}}, "tracker, hold_back_frames: 256"),  # of a live one
+        ({"tracker": {"calibration_frames": 20}}, "tracker, calibration_frames: 20"),
         ({"model": {"rule": "rate"}}, "model, rule: rate"),
     ],
 )

@@ -25,7 +25,7 @@ from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_msgs_py.files.corrections import Correction, read_corrections
-from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES
+from worm_tracker.parameters import HOLD_BACK, MOST_HOLD_BACK_FRAMES, TrackerParameters
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.corrected_frames import check_corrections
 from worm_tracker.sources.playback import NO_SEEK, PLAYBACK, RATE, START_OFFSET
@@ -81,6 +81,15 @@ def replay(
             "midline in other software, and can be replayed.",
         ),
     ] = False,
+    hold_back_frames: Annotated[
+        int | None,
+        number(
+            HOLD_BACK,
+            help="Most frames that wait for the decision which end is the head, "
+            f"{MOST_HOLD_BACK_FRAMES} where not given; a live trial has "
+            f"{TrackerParameters().hold_back_frames}.",
+        ),
+    ] = None,
     rig: options.RigFiles = None,
     tracker: options.TrackerOptions,
     analysis: options.AnalysisOptions,
@@ -179,6 +188,8 @@ def replay(
     if corrected:
         _check_fit(corrections, corrected, player)
     see = {"hold_back_frames": MOST_HOLD_BACK_FRAMES, **told.of("tracker")}
+    if hold_back_frames is not None:
+        see["hold_back_frames"] = hold_back_frames
     if max_megapixels is not None or "max_megapixels" not in see:
         see["max_megapixels"] = player["max_megapixels"]
     trial = Trial(

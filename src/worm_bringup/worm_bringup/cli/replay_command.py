@@ -19,7 +19,7 @@ _CIRCLES = {
     "--circle-px": ("centre_u_px", "centre_v_px", "radius_px"),
     "--circle-b-px": ("centre_b_u_px", "centre_b_v_px", "radius_b_px"),
 }
-_IN_FILES_ONLY = ("hold_back_frames", "calibration_frames")
+_IN_FILES_ONLY = ("calibration_frames",)
 _DEFAULTS_OF_NODES = {
     "tracker": asdict(TrackerParameters()) | {"hold_back_frames": MOST_HOLD_BACK_FRAMES},
     "analysis": asdict(AnalysisParameters()),
@@ -96,6 +96,8 @@ def _options(parameters: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     for option, (name, unit) in TRACKER_NUMBERS.items():
         if name in tracker:
             yield from (option_name(option), _times(unit, float(tracker[name])))
+    if "hold_back_frames" in tracker:
+        yield from ("--hold-back-frames", str(tracker["hold_back_frames"]))
     if "max_megapixels" in tracker:
         yield from ("--max-megapixels", repr(float(tracker["max_megapixels"])))
     for name, value in _changed("analysis", parameters).items():
