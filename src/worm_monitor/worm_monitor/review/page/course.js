@@ -19,7 +19,7 @@ export class Course {
     this.doubts = byTime(trial.doubtful);
     this.last = Math.max(data.t[trial.frames - 1], LEAST_S);
     this.R = trial.geometries[0]?.chambers[0]?.R_mm;
-    this.high = 1.08 * (this.R ?? data.r.reduce((most, r) => (r > most ? r : most), 1));
+    this.high = 1.25 * (this.R ?? data.r.reduce((most, r) => (r > most ? r : most), 1));
     const steps = Array.from(data.t.subarray(1, 200), (t, k) => t - data.t[k]).sort((a, b) => a - b);
     this.gap = 3.5 * (steps[steps.length >> 1] ?? 1);
     this.places = {};

@@ -108,6 +108,8 @@ function refuse(text) {
 
 // --- which frame is shown ---
 
+const timeOf = (row) => Math.round(1000 * data.t[row]) / 1000; // columns have seven digits
+
 const rowOf = (frame) => {
   let low = 0, high = trial.frames;
   while (low < high) { const k = (low + high) >> 1; if (data.frame[k] < frame) low = k + 1; else high = k; }
@@ -245,7 +247,7 @@ function drawHead() {
     const value = (curves[name] ?? data[name])[row];
     return Number.isNaN(value) ? "–" : plain(Number(value.toFixed(digits)), unit);
   };
-  id("clock").textContent = clock(data.t[row]);
+  id("clock").textContent = clock(timeOf(row));
   if (document.activeElement !== id("frame")) id("frame").value = data.frame[row];
   const changed = Boolean(curves.changed?.[row]), info = view.shown?.row === row ? view.shown : null;
   const outcome = id("outcome");
@@ -276,7 +278,7 @@ function drawHead() {
 
 function drawReadout() {
   const value = (name, digits) => { const is = curves[name][view.row]; return Number.isNaN(is) ? "–" : plain(Number(is.toFixed(digits))); };
-  id("cursor").textContent = `${clock(data.t[view.row])}  r_h ${value("r", 2)} mm; θ_h ${value("theta", 0)}°; ψ_b ${value("psi", 0)}°`;
+  id("cursor").textContent = `${clock(timeOf(view.row))}  r_h ${value("r", 2)} mm; θ_h ${value("theta", 0)}°; ψ_b ${value("psi", 0)}°`;
 }
 
 // --- lists ---
@@ -297,7 +299,7 @@ function settled({ turns, row, last, from, to }) {
 function fillDoubts() {
   id("doubts").textContent = trial.doubtful.length ? `${trial.doubtful.length}, the worst first` : "";
   list(id("doubtful"), trial.doubtful.map((stretch, k) => ({
-    of: k, cells: [["time", clock(data.t[stretch.row]).slice(1)], ["span", `${settled(stretch) ? "✓ " : ""}${stretch.text}`, settled(stretch) ? "settled" : "", framesOf(stretch)]],
+    of: k, cells: [["time", clock(timeOf(stretch.row)).slice(1)], ["span", `${settled(stretch) ? "✓ " : ""}${stretch.text}`, settled(stretch) ? "settled" : "", framesOf(stretch)]],
     go: () => { view.place = k; visit(stretch); },
   })), "no frame is in doubt");
 }
@@ -309,7 +311,7 @@ function fillEvents() {
   const chosen = trial.events.map((event, k) => [event, k]).filter(([event]) => !kind || event.kind === kind);
   id("count").textContent = chosen.length || "";
   list(id("events"), chosen.map(([event, k]) => ({
-    of: k, cells: [["time", clock(data.t[event.row]).slice(1)], ["span", event.kind, event.kind], ["span", event.text]],
+    of: k, cells: [["time", clock(timeOf(event.row)).slice(1)], ["span", event.kind, event.kind], ["span", event.text]],
     go: () => go(event.row),
   })), "nothing happened");
 }
