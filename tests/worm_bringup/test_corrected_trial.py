@@ -121,10 +121,15 @@ def test_the_command_replaces_its_own_corrected_results_by_the_same_bytes(
         status, said = run_command(words, tmp_path, {})
         assert status == 0, said
         assert "exchanged by hand in 5 frames" in said
+        assert "other parameters" not in said
         found = {name: (tmp_path / "out" / name).read_bytes() for name in FILES}
         assert before in (None, found)
         before = found
     assert not the_same(tmp_path / "out", corrected, (*TABLES, CORRECTIONS_FILE))
+    words = [*played, "--out", str(tmp_path / "on"), "--corrections", str(tmp_path / "out")]
+    status, said = run_command([*words, "--hold-back-frames", "300"], tmp_path, {})
+    assert status == 0, said
+    assert "other parameters (hold_back_frames was 1000, is 300): the corrections exchange" in said
     status, said = run_command([*played, "--out", str(tmp_path / "out")], tmp_path, {})
     assert status == 2
     assert "corrections by hand that would be lost (from frame 10 to 14, by Mia)" in said

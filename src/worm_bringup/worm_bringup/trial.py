@@ -112,7 +112,7 @@ class Trial:
         player = {k: v for k, v in self.source.parameters.items() if k not in _CHANGES_NO_RESULT}
         return fingerprint(
             self.origin,
-            self._parameters()
+            self.parameters
             | {"player": player, "trial": dict(self.metadata)}
             | ({CORRECTIONS.name: {"text": self._corrections}} if self.corrections else {}),
         )
@@ -122,9 +122,11 @@ class Trial:
         return corrections_to_json(self.corrections)
 
     def _provenance(self) -> Any:
-        return provenance(self.origin, self._parameters())
+        return provenance(self.origin, self.parameters)
 
-    def _parameters(self) -> dict[str, dict[str, Any]]:
+    @property
+    def parameters(self) -> dict[str, dict[str, Any]]:
+        """Every parameter of tracker, analysis and model, by node."""
         return {
             "tracker": asdict(TrackerParameters(**self.tracker)),
             "analysis": asdict(AnalysisParameters(**self.analysis)),

@@ -69,7 +69,7 @@ def given_again(monkeypatch, command):
     seen = {}
 
     def take(trial, out, *_, **__):
-        seen.update(trial._parameters(), source=trial.source.parameters, out=out)
+        seen.update(trial.parameters, source=trial.source.parameters, out=out)
         raise KeyboardInterrupt
 
     monkeypatch.setattr("worm_bringup.cli.replay.run_trial", take)

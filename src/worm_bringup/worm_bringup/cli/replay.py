@@ -4,12 +4,13 @@ import shlex
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from worm_bringup.checkpoints import CheckpointFolder, Checkpoints, progress_of
 from worm_bringup.cli import options
+from worm_bringup.cli.given_corrections import check_fit, other_settings
 from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.monitor_options import MonitorOptions
 from worm_bringup.cli.numbers import number
@@ -24,10 +25,9 @@ from worm_bringup.rig.rig_file import read_rig
 from worm_bringup.trial import Incomplete, Trial, run_trial
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput, TrackerError
-from worm_msgs_py.files.corrections import Correction, read_corrections
+from worm_msgs_py.files.corrections import read_corrections
 from worm_tracker.parameters import HOLD_BACK, MOST_HOLD_BACK_FRAMES, TrackerParameters
 from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.bags.corrected_frames import check_corrections
 from worm_tracker.sources.playback import NO_SEEK, PLAYBACK, RATE, START_OFFSET
 from worm_tracker.sources.replay_node import ReplayNode
 
@@ -186,7 +186,7 @@ def replay(
     ) as pictures:
         chosen = pictures.topic
     if corrected:
-        _check_fit(corrections, corrected, player)
+        check_fit(corrections, corrected, player)
     see = {"hold_back_frames": MOST_HOLD_BACK_FRAMES, **told.of("tracker")}
     if hold_back_frames is not None:
         see["hold_back_frames"] = hold_back_frames
@@ -211,6 +211,9 @@ def replay(
         with_pictures=with_pictures,
         corrections=corrected,
     )
+    doubt = other_settings(corrections, trial.parameters["tracker"]) if corrected else ""
+    if doubt:
+        _say(doubt)
     checkpoints = None
     if not (processes or player["loop"]):
         folder = CheckpointFolder(out)
@@ -235,25 +238,6 @@ def replay(
         raise BadInput(f"{bag}: {error}") from None
     show_result(result, report)
     refuse_without_pose(report)
-
-
-def _check_fit(
-    file: Path | None, corrected: tuple[Correction, ...], player: dict[str, Any]
-) -> None:
-    """Refuse corrections that are not of what will be played."""
-    with BagPictures(
-        Path(player["bag"]),
-        player["topic"] or None,
-        start_offset_s=player["start_offset"],
-        playback_duration_s=player.get("playback_duration"),
-        salvage=player["salvage"],
-        max_chunk_mib=player["max_chunk_mib"],
-        max_megapixels=player["max_megapixels"],
-    ) as pictures:
-        try:
-            check_corrections(corrected, pictures)
-        except BadInput as error:
-            raise BadInput(f"{file}: {error}") from None
 
 
 def _say(line: str) -> None:
