@@ -94,7 +94,7 @@ const SHOWS = {
   correlation: ["correlation"], model_correlation: ["correlation"],
   P_d_c: ["lengths"], P_d_nc: ["lengths"], P_delta_r_h: ["depths"],
   P_r_h: ["radius"], P_r_c: ["radius"], P_r_t: ["radius"], P_psi_b: ["angle"],
-  quantities: ["numbers", "lengths", "depths", "correlation", "angle", "forecast"],
+  quantities: ["numbers", "lengths", "depths", "correlation", "radius", "angle", "forecast"],
   forecast: ["numbers", "forecast"], walk: ["numbers", "lengths", "forecast"],
 };
 
@@ -121,17 +121,19 @@ const DRAWERS = {
   correlation: () => { drawCorrelation(id("correlation"), told); reason("correlation", "t_per"); },
   lengths: () => { drawLengths(id("lengths"), told, [["d_c", "head"], ["d_nc", "centroid"]]); reason("lengths", "d_c", "d_nc"); },
   depths: () => { drawLengths(id("depths"), told, [["delta_r_h", "tail"]]); reason("depths", "delta_r_h"); },
-  radius: () => drawRadius(id("radius"), told),
+  radius: () => { drawRadius(id("radius"), told); reason("radius", "r_h_over_R", "r_c_over_R"); },
   angle: () => { drawAngle(id("angle"), told); reason("angle", "psi_b_negative_peak", "psi_b_positive_peak"); },
   forecast: () => { drawForecast(id("forecast"), told); chances(); reason("forecast", "tau_h"); },
 };
+
+const SHORT = { psi_b_negative_peak: "negative peak", psi_b_positive_peak: "positive peak", r_h_over_R: "head", r_c_over_R: "centroid" };
 
 // How many items a plot's numbers rest on, or why there is no number: as the analysis says.
 function reason(name, ...numbers) {
   const known = numbers.filter((number) => told.quantities?.[number]);
   const lines = known.map((number) => {
     const { value, n, why } = told.quantities[number];
-    const which = known.length > 1 ? `${number.replace("psi_b_", "")}: ` : "";
+    const which = known.length > 1 ? `${SHORT[number] ?? number}: ` : "";
     return value === null ? `${which}${why}` : `${which}n = ${n}`;
   });
   id(`${name}_why`).textContent = new Set(lines.map((line) => line.split(": ").slice(1).join())).size === 1 && lines.length > 1
@@ -184,7 +186,7 @@ function headTiles(now, source) {
   const certain = now.has_pose ? now.certainty?.toFixed(2) ?? "–" : now.has_pose === false ? "LOST" : "–";
   return [
     ["contact", now.contact === true ? "yes" : now.contact === false ? "no" : "–", now.contact ? "on" : ""],
-    ["direction", turns],
+    ["direction", turns, "wide"],
     ["where", plain(now.where?.replace("_", " "))],
     ["head certainty", certain, now.has_pose === false || now.sure === false ? "wrong" : ""],
     ["R, W", `${plain(here.R_mm)}, ${plain(here.W_mm, "mm")}`],
