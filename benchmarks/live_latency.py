@@ -1,12 +1,14 @@
 """A live trial as the rig runs it: what is skipped, and how late poses are published.
 
 `python -m benchmarks.live_latency FILM` serves a film (a bag of JPEG pictures, such as that of
-`worm simulate --one-chamber --minutes 3`) as MJPEG from a process of its own, again and again.
+`worm simulate --one-chamber --minutes 3`) as MJPEG from a process of its own, there and back again:
+where a film begins anew its worm leaps, as no worm does, and is looked for everywhere.
 The graph of `worm live` tracks it, records every picture and writes results. Counted are the
 pictures that were skipped, and the time from the capture of each frame to the publication of its
 state; frames that the tracker holds back on purpose, until the head is known, are counted apart.
 `--watched` shows the trial on the monitor's page in a real Chromium, and adds what the monitor's
 process takes of a core.
+`--at-once` lets it hold none back.
 """
 
 import os
@@ -38,11 +40,12 @@ BAR_MS = 30.0
 
 
 def pictures_of(bag: Path) -> list[bytes]:
-    """Return a bag's JPEG pictures as they are."""
+    """Return a bag's JPEG pictures as they are, there and back again."""
     with BagPictures(bag) as pictures:
-        return [
+        there = [
             bytes(deserialize_message(picture.raw, CompressedImage).data) for picture in pictures
         ]
+    return there + there[-2:0:-1]
 
 
 class Timing:
@@ -134,6 +137,7 @@ def main(
     watched: Annotated[
         bool, typer.Option("--watched", help="Show it on the page, in a Chromium.")
     ] = False,
+    at_once: Annotated[bool, typer.Option("--at-once", help="Hold no frame back.")] = False,
 ) -> None:
     """Film, and print what was skipped and how late poses were."""
     with tempfile.TemporaryDirectory() as folder, Timing() as timing:
@@ -141,7 +145,8 @@ def main(
         with camera(partial(pictures_of, film), fps, [], 0.0) as address:
             source = {"camera": address, "record": str(record)}
             module = "worm_tracker.sources.camera_node"
-            trial = Trial(NodeSpec(module, "image_source", source), {"camera": address})
+            tracker = {"hold_back_frames": 0} if at_once else {}
+            trial = Trial(NodeSpec(module, "image_source", source), {"camera": address}, tracker)
 
             def end_in_time(sent: int, expected: int | None) -> None:
                 if sent and not ending.ident:
@@ -166,7 +171,12 @@ def main(
     print(f"ms a frame: {spent}; processor, all threads: {1e3 * processor_s / result.frames:.1f}")
     gaps_ms = [1e3 * (b - a) for (a, _), (b, _) in pairwise(timing.sent)]
     print(f"longest time between two frames sent: {max(gaps_ms):.0f} ms")
-    for what, some in (("all", late), ("not held back", late[~held])):
+    known = int(np.argmax(~held))  # the first frame that was not held back
+    for what, some in (
+        ("all", late),
+        ("not held back", late[~held]),
+        (f"all from frame {known} on, when the head is known", late[known:]),
+    ):
         shares = ", ".join(f"{p} % {np.percentile(some, p):.1f}" for p in (50, 95, 99, 99.9, 100))
         print(f"capture → poses published, {what} ({len(some)}), ms: {shares}")
     print(f"within {BAR_MS:g} ms: {np.mean(late <= BAR_MS):.2%} of all")

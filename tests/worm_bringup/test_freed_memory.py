@@ -1,10 +1,13 @@
 """Memory that is free between pieces in use is kept, and goes back when that is asked for."""
 
+import gc
 import platform
 import subprocess
 import sys
 
 import pytest
+
+from worm_bringup.freed_memory import lasting_objects_left_alone
 
 FREE_IN_PIECES = """
 import os
@@ -44,3 +47,14 @@ def test_what_was_freed_is_kept_until_it_is_given_back(taken):
     given_at_once_mib, given_back_mib, _ = map(float, told.stdout.split())
     assert given_at_once_mib < 1
     assert given_back_mib > 110
+
+
+def test_what_lasts_is_left_out_of_collections_while_a_graph_runs_and_no_longer():
+    before = gc.get_freeze_count()
+    with lasting_objects_left_alone():
+        assert gc.get_freeze_count() > before + 10_000  # modules and what they hold
+        loop: list[object] = []
+        loop.append(loop)
+        del loop
+        assert gc.collect() >= 1  # what came since is collected as ever
+    assert gc.get_freeze_count() == 0

@@ -32,7 +32,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from threadpoolctl import threadpool_limits
 
-from worm_bringup.freed_memory import keep_freed_memory
+from worm_bringup.freed_memory import keep_freed_memory, lasting_objects_left_alone
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.running import TICK_S
@@ -177,7 +177,8 @@ def run(spec: NodeSpec, namespace: str, leash: Leash) -> int:
             executor.add_node(node)
             threading.Thread(target=leash.listen, args=(executor.wake,), daemon=True).start()
             _meet(executor, node, leash)
-            _work(executor, node, leash)
+            with lasting_objects_left_alone():
+                _work(executor, node, leash)
         finally:
             node.destroy_node()
     except BadInput as error:

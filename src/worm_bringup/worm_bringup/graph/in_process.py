@@ -14,7 +14,7 @@ from rclpy.node import Node
 from threadpoolctl import threadpool_limits
 
 from worm_bringup.checkpoints import Checkpoints
-from worm_bringup.freed_memory import keep_freed_memory
+from worm_bringup.freed_memory import keep_freed_memory, lasting_objects_left_alone
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.ros_environment import alone_on_their_names, own_context
 from worm_msgs_py.ros.network import Reach
@@ -130,6 +130,7 @@ def run_in_process(
     ):
         executor, made = stack.enter_context(_made((source, *nodes), context, reach, namespace))
         stack.enter_context(beside(os.environ, _published(made)))
+        stack.enter_context(lasting_objects_left_alone())
         watch = stack.enter_context(watchdog(patience_s))
         return _run_to_end(executor, made, progress, stop, checkpoints, watch)
 
