@@ -21,6 +21,7 @@ WORM = Path(sys.executable).with_name("worm")
 ENDING = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 DURING_THE_REPORT = """
 import os, sys
+from functools import partial
 from worm_bringup import trial
 from worm_bringup.cli import main
 
@@ -32,6 +33,17 @@ def write_when_told(directory):
         raise RuntimeError("no fonts")
     return write(directory)
 
+def run_and_tell(run, what, out, progress, **how):
+    told = []
+
+    def tell(sent, expected):
+        if sent and not told:
+            told.append(print("frames are coming", flush=True))
+
+    return run(what, out, tell, **how)
+
+if "live" in sys.argv:
+    trial.run_graph = partial(run_and_tell, trial.run_graph)
 trial.write_report = write_when_told
 trial.REPORT_S = float(os.environ["REPORT_S"])
 main()
@@ -115,6 +127,57 @@ def replay_during_the_report(out, signals, word, report_s=600.0):
             process.send_signal(number)
         _, err = process.communicate(word) if word else (process.wait(), process.stderr.read())
         return process.returncode, err.splitlines()[-1] if err else ""
+
+
+def live_until(number, out, answer):
+    """End a live trial by a signal; look at what is there while its report waits to be written.
+
+    Parameters
+    ----------
+    answer : callable
+        Given the process, lets it go on, or not.
+
+    Returns
+    -------
+    set, int, str
+        The files that were there, the exit status, and what was said last.
+    """
+    with mjpeg_server(None, pause_s=0.02) as address:
+        live = ["live", "--camera", address, "--no-chamber", "--private", "--out", str(out)]
+        with subprocess.Popen(
+            [sys.executable, "-c", DURING_THE_REPORT, *live],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env=os.environ | {"REPORT_S": "600"},
+        ) as process:
+            assert process.stdout.readline() == "frames are coming\n"
+            process.send_signal(number)
+            assert process.stdout.readline() == "writing the report\n"
+            there = files_of(out)
+            answer(process)
+            _, err = process.communicate()
+            return there, process.returncode, err
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_results_are_in_place_before_their_report_is_drawn(tmp_path, number):
+    out = tmp_path / "out"
+    there, status, said = live_until(number, out, lambda process: process.stdin.write("go on\n"))
+    assert there == DATA
+    assert f"{out}: the results are whole; now their report" in said
+    assert status == 1  # noise has no pose
+    assert files_of(out) == {*DATA, *DRAWN}
+
+
+def test_a_second_ctrl_c_leaves_the_report_out_and_says_how_to_get_it(tmp_path):
+    out = tmp_path / "out"
+    _, status, said = live_until(signal.SIGINT, out, lambda p: p.send_signal(signal.SIGINT))
+    assert status == 130
+    assert f"`worm report {out}` writes it" in said.splitlines()[-1]
+    assert files_of(out) == DATA
+    assert not list(tmp_path.glob(".out*"))
 
 
 def files_of(out):

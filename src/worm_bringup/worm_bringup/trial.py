@@ -21,7 +21,7 @@ from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.ros_environment import free_domain
 from worm_bringup.graph.supervisor import run_in_processes
 from worm_bringup.outputs.earlier_result import TRIAL
-from worm_bringup.outputs.results_directory import results_directory
+from worm_bringup.outputs.results_directory import report_afterwards, results_directory
 from worm_bringup.provenance import fingerprint, provenance
 from worm_bringup.trial_picture import keep_picture
 from worm_model.inference.comparison import ModelParameters
@@ -235,6 +235,8 @@ def run_trial(
 ) -> tuple[RunResult, Path]:
     """Run a trial and write its results, whole or not at all.
 
+    Where a signal ends a live trial its results are in place before their report is drawn.
+
     Parameters
     ----------
     out : Path
@@ -257,15 +259,23 @@ def run_trial(
         The results are whole, but not in `out` or without a report.
     """
     kind = replace(TRIAL, corrections=trial.corrections)
-    with stop_on_signals() as stop, results_directory(out, kind, live=live) as partial:
-        kept = _with_pictures(trial, partial) if live else trial
-        result = run_graph(kept, partial, progress, checkpoints=checkpoints, **how)
-        if not result.complete or result.frames == 0:
-            raise Incomplete(result)
-        told = stop.number is not None
-        with finish_despite_signals(REPORT_S, left_s=_left_s(stop), told=told):
-            why = keep_picture(partial, trial.source.parameters)
-            report = write_report(partial)
+    with stop_on_signals() as stop:
+        with results_directory(out, kind, live=live) as partial:
+            kept = _with_pictures(trial, partial) if live else trial
+            result = run_graph(kept, partial, progress, checkpoints=checkpoints, **how)
+            if not result.complete or result.frames == 0:
+                raise Incomplete(result)
+            told = stop.number is not None
+            with finish_despite_signals(REPORT_S, left_s=_left_s(stop), told=told):
+                why = keep_picture(partial, trial.source.parameters)
+                if not told:
+                    report = write_report(partial)
+        if told:  # whoever ends a trial has its results at once, and their report a little later
+            with (
+                report_afterwards(out) as place,
+                finish_despite_signals(left_s=_left_s(stop), told=True),
+            ):
+                report = write_report(place)
     if checkpoints is not None:
         checkpoints.remove()
     goes_on = result.next_is_asked and stop.number is None

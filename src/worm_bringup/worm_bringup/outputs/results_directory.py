@@ -135,15 +135,37 @@ def _save_or_remove(
         with suppress(OSError):
             remove_result(partial, kind)
         return
-    kept = _shown(_keep(partial, place, try_first=place), out)
+    raise _without_report(_shown(_keep(partial, place, try_first=place), out), error) from error
+
+
+@contextmanager
+def report_afterwards(out: Path) -> Iterator[Path]:
+    """Give results that are in place to a block that writes their report, and say so.
+
+    Raises
+    ------
+    Kept
+        The block has failed, or was interrupted; or another run writes to `out` by now.
+    """
+    try:
+        with output_lock(resolve_out(out)):
+            _tell(f"{out}: the results are whole; now their report (Ctrl-C leaves it out)")
+            yield resolve_out(out)
+    except InUse:
+        raise _without_report(out, RuntimeError("another run is writing there")) from None
+    except BaseException as error:
+        raise _without_report(out, error) from error
+
+
+def _without_report(kept: Path, error: BaseException) -> Kept:
     interrupted = isinstance(error, KeyboardInterrupt)
     why = "interrupted" if interrupted else _in_a_line(error)
-    raise Kept(
+    return Kept(
         f"the results are whole and kept in {kept}, but their report is not written ({why}): "
         f"`worm report {kept}` writes it",
         kept,
         interrupted=interrupted,
-    ) from error
+    )
 
 
 def _finish(partial: Path, place: Path, out: Path, kind: ResultKind) -> None:
