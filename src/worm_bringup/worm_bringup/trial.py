@@ -31,7 +31,7 @@ from worm_msgs_py.ros.running import Stop, finish_despite_signals, stop_on_signa
 from worm_msgs_py.ros.watchdog import PATIENCE_S
 from worm_tracker.parameters import TrackerParameters
 
-REPORT_S = 1.2
+REPORT_S = 1.0
 """What the report is given after a signal; without it the results are whole, and say so."""
 _CHANGES_NO_RESULT = ("bag", "rate", "seek_to", "start_paused", "window")
 """Parameters of the player; the bag's content stands in the origin."""
@@ -224,6 +224,13 @@ def _left_s(stop: Stop) -> float:
     return math.inf
 
 
+def _report_afterwards(out: Path, stop: Stop) -> Path:
+    """Write the report of results in place: whoever ends a trial need not wait for them."""
+    left_s = _left_s(stop)
+    with report_afterwards(out) as place, finish_despite_signals(left_s=left_s, told=True):
+        return write_report(place)
+
+
 def run_trial(
     trial: Trial,
     out: Path,
@@ -234,8 +241,6 @@ def run_trial(
     **how: Any,
 ) -> tuple[RunResult, Path]:
     """Run a trial and write its results, whole or not at all.
-
-    Where a signal ends a live trial its results are in place before their report is drawn.
 
     Parameters
     ----------
@@ -270,12 +275,8 @@ def run_trial(
                 why = keep_picture(partial, trial.source.parameters)
                 if not told:
                     report = write_report(partial)
-        if told:  # whoever ends a trial has its results at once, and their report a little later
-            with (
-                report_afterwards(out) as place,
-                finish_despite_signals(left_s=_left_s(stop), told=True),
-            ):
-                report = write_report(place)
+        if told:
+            report = _report_afterwards(out, stop)
     if checkpoints is not None:
         checkpoints.remove()
     goes_on = result.next_is_asked and stop.number is None

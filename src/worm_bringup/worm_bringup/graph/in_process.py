@@ -95,9 +95,8 @@ def run_in_process(
 ) -> RunResult:
     """Run a graph in this process, to the end of its source or to SIGINT or SIGTERM.
 
-    A signal ends an endless source in good order (the result is whole), any other run at once.
-    Not a frame can be lost, whatever the speed of the nodes: the next one is published when there
-    is nothing left to do for the one before.
+    A signal ends an endless source in good order (the result is whole), any other run at once. No
+    frame can be lost, however slow the nodes: the next one waits for all that the last one causes.
 
     Parameters
     ----------
@@ -112,7 +111,7 @@ def run_in_process(
     patience_s : float
         Seconds that a node may take over one message; longer, and it hangs (see `watchdog`).
     progress, beside : callable, optional
-        Called after every frame; starts what runs beside the graph, once its nodes are made.
+        Called after every frame; starts what runs beside the nodes that are made.
 
     Raises
     ------
