@@ -7,7 +7,7 @@ import os
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reviewed_trials import FPS, FRAMES, small_trial
+from reviewed_trials import FPS, FRAMES, change_summary, small_trial
 
 from worm_monitor.review.kept_corrections import KeptCorrections, who_am_i
 from worm_monitor.review.trial import read_reviewed_trial
@@ -152,3 +152,12 @@ def test_the_login_name_is_offered(monkeypatch):
 
     monkeypatch.setattr(getpass, "getuser", nobody)
     assert who_am_i() == ""
+
+
+def test_results_of_a_table_of_tracks_take_no_corrections(tmp_path):
+    results = small_trial(tmp_path / "out")
+    change_summary(results, lambda s: s["provenance"].update(source={"table": "tracks.csv"}))
+    kept = KeptCorrections(read_reviewed_trial(results))
+    assert "analyse it again" in kept.told()["never"]
+    assert added(kept, 1, 2)["refused"]
+    assert not (results / "corrections.json").exists()

@@ -278,3 +278,28 @@ def test_everything_fits_the_window(chromium, results):
                 assert wide <= size[0]
                 assert tab.wrong == []
                 tab.page.close()
+        no_peak_of_a_long_trial_is_left_out(Tab(chromium, address))
+
+
+def no_peak_of_a_long_trial_is_left_out(tab):
+    """Of half an hour at thirty frames a second one frame is seen, and a gap is no line."""
+    seen = tab.page.evaluate(
+        """async () => {
+        const { bands, trace } = await import("./traces.js");
+        const n = 54000, ts = Float32Array.from({ length: n }, (_, k) => k / 30);
+        const values = new Float32Array(n);
+        values[31234] = 1; values[40000] = -1;
+        values.fill(NaN, 5000, 8000);
+        const canvas = new OffscreenCanvas(600, 100), pen = canvas.getContext("2d");
+        const place = { pen, left: 0, right: 600, top: 0, bottom: 100,
+          px: (t) => (t * 600) / 1800, py: (value) => 50 - 40 * value };
+        trace(place, ts, values, [0, n], "#000", { gap: 0.1 });
+        bands(place, ts, [[20000, 20000]], "#f00", [0, 0.1]);
+        const inked = (x, y) => pen.getImageData(x - 2, y - 2, 5, 5).data.some((level) => level);
+        const at = (k) => Math.round((k * 600) / n);
+        return [inked(at(31234), 12), inked(at(40000), 88), inked(at(25000), 50),
+          inked(at(6500), 50), inked(at(20000), 5), inked(at(21000), 5)];
+    }"""
+    )
+    assert seen == [True, True, True, False, True, False]
+    tab.page.close()

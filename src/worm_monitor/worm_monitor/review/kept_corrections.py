@@ -27,6 +27,11 @@ _CHANGED_BY_ANOTHER = (
     "somebody else has changed the corrections meanwhile: look at the list, then do it again"
 )
 
+_NO_REPLAY = (
+    "these results were made of a table of tracks, which no replay can correct: exchange head and "
+    "tail in the table, and analyse it again"
+)
+
 
 class KeptCorrections:
     """Reads and changes the file; every change says which state of it it rests on."""
@@ -34,18 +39,25 @@ class KeptCorrections:
     def __init__(self, trial: ReviewedTrial) -> None:
         self._trial = trial
         self._path = trial.directory / CORRECTIONS_FILE
+        self._why_never = _NO_REPLAY if trial.of_table else ""
 
     def told(self, refused: str = "") -> dict[str, Any]:
-        """Return what the page shows: the file's state, its entries, and why nothing was done."""
+        """Return what the page shows: the file's state, its entries, and why nothing was done.
+
+        `damaged` is what is wrong with the file, `never` why these results can have none.
+        """
+        never = {"never": self._why_never}
         try:
             version = self._version()
             entries = kept_corrections(self._trial.directory)
         except (BadInput, OSError) as error:
-            return {"version": "", "entries": [], "refused": refused, "damaged": str(error)}
+            return never | {
+                "version": "", "entries": [], "refused": refused, "damaged": str(error),
+            }  # fmt: skip
         told = [asdict(entry) | {"frames": entry.frames_in_words} for entry in entries]
         for entry in told:  # JavaScript rounds such numbers, and the page needs none
             del entry["first_stamp_ns"], entry["last_stamp_ns"]
-        return {"version": version, "entries": told, "refused": refused, "damaged": ""}
+        return never | {"version": version, "entries": told, "refused": refused, "damaged": ""}
 
     def change(self, asked: Mapping[str, Any]) -> dict[str, Any]:
         """Add an entry, or remove one, and return what the page shows then.
@@ -56,6 +68,8 @@ class KeptCorrections:
             `based_on`, the version that the page shows; `add` with `first`, `last` (frames), `by`
             and `note`, or `remove`, the place of an entry.
         """
+        if self._why_never:
+            return self.told(self._why_never)
         try:
             with self._alone():
                 if asked.get("based_on") != self._version():

@@ -16,6 +16,8 @@ from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.bags.one_picture import open_bag_of, picture_at
 from worm_tracker.sources.image_decoder import Grey
 
+_NOT_FOUND = "the bag is not found: name it with --bag"
+_OF_A_TABLE = "these results were made of a table of tracks, which came without pictures"
 _BLANK = 40
 """Grey level of the ground that is drawn on where there is no picture."""
 
@@ -62,7 +64,7 @@ class TrialPictures:
 
         The last is empty where it is not blank.
         """
-        why = "the bag is not found: name it with --bag"
+        why = _OF_A_TABLE if self.trial.of_table else _NOT_FOUND
         try:
             grey = self._kept(row) if self._open is None else self._of_bag(self._open, row)
         except (BadInput, BadPicture, OSError) as error:

@@ -47,6 +47,11 @@ class ReviewedTrial:
     _midlines: tuple[tuple[Floats32, Integers], ...]
 
     @property
+    def of_table(self) -> bool:
+        """Whether the results were made of a table of tracks, without pictures."""
+        return "table" in self.results.provenance["source"]
+
+    @property
     def stamps_ns(self) -> Integers:
         """Stamp of each frame."""
         stamps: Integers = self.results.tracks["stamp_ns"]

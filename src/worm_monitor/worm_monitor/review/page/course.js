@@ -78,13 +78,14 @@ export class Course {
 
   // Keep a plot as it is without the cursor: the curves are not drawn anew for each frame.
   keep(name) {
-    const canvas = this.canvasOf(name);
-    this.drawn[name] = new OffscreenCanvas(Math.max(1, canvas.width), Math.max(1, canvas.height));
-    this.drawn[name].getContext("2d").drawImage(canvas, 0, 0);
+    const canvas = this.canvasOf(name), { width, height } = canvas;
+    this.drawn[name] = width && height ? new OffscreenCanvas(width, height) : null; // none while it is not laid out
+    this.drawn[name]?.getContext("2d").drawImage(canvas, 0, 0);
   }
 
   drawCursor(row) {
     for (const [name, place] of Object.entries(this.places)) {
+      if (!this.drawn[name]) continue;
       const [pen] = plot.ready(this.canvasOf(name));
       pen.save();
       pen.setTransform(1, 0, 0, 1, 0, 0);

@@ -318,7 +318,8 @@ function fillEvents() {
 
 function showCorrections() {
   refuse(kept.refused || kept.damaged);
-  const free = !kept.damaged;
+  const free = !kept.damaged && !kept.never;
+  for (const name of ["exchange", "replay", "stands", "begin", "end"]) id(name).hidden = Boolean(kept.never);
   for (const field of id("exchange").elements) field.disabled = !free;
   list(id("entries"), kept.entries.map((entry, k) => ({
     cells: [["span", `${entry.frames}`, "", `${entry.by}, ${entry.at.replace("T", " ").replace("Z", " UTC")}${entry.note ? `: ${entry.note}` : ""}`]],
@@ -333,8 +334,9 @@ function showCorrections() {
   id("saved").textContent = kept.entries.length ? "saved in corrections.json" : "";
   const effect = id("effect");
   effect.classList.toggle("pending", differ > 0);
-  effect.textContent = differ
-    ? `${differ} frame${differ === 1 ? " is" : "s are"} shown exchanged in picture and plots. Tables, contacts and numbers change only with a replay, into a directory of its own:`
+  effect.textContent = kept.never
+    ? `Nothing can be corrected here: ${kept.never}.`
+    : differ ? `${differ} frame${differ === 1 ? " is" : "s are"} shown exchanged in picture and plots. Tables, contacts and numbers change only with a replay, into a directory of its own:`
     : kept.entries.some(({ what }) => what === "swap_head")
       ? "These results were made with these corrections. To make them again:"
       : "A correction is shown at once. Tables, contacts and numbers change only with a replay, into a directory of its own:";
@@ -371,6 +373,7 @@ function wire() {
   whole.onpointerdown = (event) => { whole.setPointerCapture(event.pointerId); toPoint(event); };
   whole.onpointermove = (event) => { if (event.buttons) toPoint(event); };
   window.addEventListener("resize", markCurves);
+  new ResizeObserver(markCurves).observe(document.querySelector(".time"));
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", markCurves);
 }
 
