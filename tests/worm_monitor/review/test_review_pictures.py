@@ -85,6 +85,19 @@ def test_a_bag_of_that_name_with_other_stamps_is_not_taken(find_pictures, tmp_pa
         find_pictures(trial, other)
 
 
+def test_a_bag_that_begins_at_the_same_moment_and_ends_earlier_is_not_taken(
+    find_pictures, tmp_path
+):
+    """As films do whose stamps begin with zero; but a record may end before its live trial."""
+    other = write_bag(tmp_path / "other", COUNT - 1)
+    replayed = trial_of(tmp_path / "replayed", source={"sha256": "0" * 64})
+    with pytest.raises(BadInput, match="other: is not the bag of"):
+        find_pictures(replayed, other)
+    pictures = find_pictures(trial_of(tmp_path / "live"), other)
+    assert shown_number(pictures, 7) == 7
+    assert "no picture" in pictures.jpeg(COUNT - 1)[2]
+
+
 def test_a_name_that_leads_elsewhere_is_not_followed(find_pictures, tmp_path, monkeypatch):
     (tmp_path / "deep").mkdir()
     monkeypatch.chdir(tmp_path / "deep")

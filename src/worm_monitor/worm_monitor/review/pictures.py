@@ -34,7 +34,7 @@ class TrialPictures:
     Raises
     ------
     BadInput
-        The bag is none, or is another one's: it has no picture with the stamp of the first frame.
+        The bag is none, or is another one's.
     """
 
     def __init__(self, trial: ReviewedTrial, bag: Path | None) -> None:
@@ -45,8 +45,9 @@ class TrialPictures:
             return
         self._open = open_bag_of(bag, self._played, 0.0, None)
         try:
-            with suppress(BadPicture):  # it is the right one, and damaged
-                self._of_bag(self._open, 0)
+            for row in self._looked_for():
+                with suppress(BadPicture):  # it is the right one, and damaged
+                    self._of_bag(self._open, row)
         except BadInput as error:
             self.close()
             raise BadInput(f"{bag}: is not the bag of {trial.directory}: {error}") from None
@@ -74,6 +75,16 @@ class TrialPictures:
         width, height = self.trial.size_px
         return *shown_jpeg(np.full((height, width), _BLANK, dtype=np.uint8)), why
 
+    def _looked_for(self) -> tuple[int, ...]:
+        """Return the frames that a bag must have to be the right one.
+
+        A bag that was replayed has all; other films may begin at the same moment, such as zero.
+        What a live trial recorded may end before it, where the disk was full.
+        """
+        last = len(self.trial.frames) - 1
+        was_replayed = "sha256" in self.trial.results.provenance["source"]
+        return (0, last // 2, last) if was_replayed else (0,)
+
     @property
     def _played(self) -> dict[str, Any]:
         """What of the source's parameters tells where its pictures are."""
@@ -99,7 +110,7 @@ def find_pictures(trial: ReviewedTrial, bag: Path | None) -> TrialPictures:
     """Return the pictures: of the bag that is given, or of the one that the results name.
 
     That is looked for where the command runs and around the results, also in a folder `bags`; at
-    last the results' own bag may hold pictures. A bag counts if it has one with the first stamp.
+    last the results' own bag may hold pictures. A bag counts if it has the stamps.
 
     Raises
     ------
