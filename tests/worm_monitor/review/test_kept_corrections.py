@@ -161,3 +161,14 @@ def test_results_of_a_table_of_tracks_take_no_corrections(tmp_path):
     assert "analyse it again" in kept.told()["never"]
     assert added(kept, 1, 2)["refused"]
     assert not (results / "corrections.json").exists()
+
+
+def test_results_that_were_made_anew_are_not_corrected_by_what_was_seen_before(tmp_path):
+    results = small_trial(tmp_path / "out")
+    kept = KeptCorrections(read_reviewed_trial(results))
+    assert added(kept, 1, 2)["refused"] == ""
+    results.rename(tmp_path / "old")
+    small_trial(results)
+    assert "made anew" in kept.told()["never"]
+    assert added(kept, 5, 6)["refused"]
+    assert not (results / "corrections.json").exists()

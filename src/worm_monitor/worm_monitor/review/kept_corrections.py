@@ -31,6 +31,9 @@ _NO_REPLAY = (
     "these results were made of a table of tracks, which no replay can correct: exchange head and "
     "tail in the table, and analyse it again"
 )
+_MADE_ANEW = (
+    "these results were made anew since the page was opened, or moved: start worm review again"
+)
 
 
 class KeptCorrections:
@@ -39,14 +42,14 @@ class KeptCorrections:
     def __init__(self, trial: ReviewedTrial) -> None:
         self._trial = trial
         self._path = trial.directory / CORRECTIONS_FILE
-        self._why_never = _NO_REPLAY if trial.of_table else ""
+        self._made = self._made_now()
 
     def told(self, refused: str = "") -> dict[str, Any]:
         """Return what the page shows: the file's state, its entries, and why nothing was done.
 
         `damaged` is what is wrong with the file, `never` why these results can have none.
         """
-        never = {"never": self._why_never}
+        never = {"never": self._why_never()}
         try:
             version = self._version()
             entries = kept_corrections(self._trial.directory)
@@ -68,8 +71,9 @@ class KeptCorrections:
             `based_on`, the version that the page shows; `add` with `first`, `last` (frames), `by`
             and `note`, or `remove`, the place of an entry.
         """
-        if self._why_never:
-            return self.told(self._why_never)
+        never = self._why_never()
+        if never:
+            return self.told(never)
         try:
             with self._alone():
                 if asked.get("based_on") != self._version():
@@ -88,6 +92,19 @@ class KeptCorrections:
         except OSError as error:
             return self.told(f"{self._path}: cannot be written ({error.strerror})")
         return self.told()
+
+    def _why_never(self) -> str:
+        if self._trial.of_table:
+            return _NO_REPLAY
+        return "" if self._made_now() == self._made else _MADE_ANEW
+
+    def _made_now(self) -> tuple[int, int]:
+        """Return what changes when another run replaces the results."""
+        try:
+            found = (self._trial.directory / "summary.json").stat()
+        except OSError:
+            return 0, 0
+        return found.st_ino, found.st_mtime_ns
 
     def _correction(self, asked: Any) -> Correction:
         if not isinstance(asked, Mapping):

@@ -67,7 +67,7 @@ async function look() {
   try {
     const told = await (await fetch("corrections")).json();
     link("");
-    if (told.version !== kept.version || told.damaged !== kept.damaged) take(told);
+    if (["version", "damaged", "never"].some((key) => told[key] !== kept[key])) take(told);
   } catch {
     link("no connection: `worm review` has ended");
   }
