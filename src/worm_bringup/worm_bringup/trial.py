@@ -1,9 +1,7 @@
 """One trial from pictures to a report: which nodes, with which parameters, into which directory."""
 
 import json
-import math
 import signal
-import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
@@ -21,7 +19,11 @@ from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.ros_environment import free_domain
 from worm_bringup.graph.supervisor import run_in_processes
 from worm_bringup.outputs.earlier_result import TRIAL
-from worm_bringup.outputs.results_directory import report_afterwards, results_directory
+from worm_bringup.outputs.results_directory import (
+    report_afterwards,
+    results_directory,
+    without_report,
+)
 from worm_bringup.provenance import fingerprint, provenance
 from worm_bringup.trial_picture import keep_picture
 from worm_model.inference.comparison import ModelParameters
@@ -32,7 +34,7 @@ from worm_msgs_py.ros.watchdog import PATIENCE_S
 from worm_tracker.parameters import TrackerParameters
 
 REPORT_S = 1.0
-"""What the report is given after a signal; without it the results are whole, and say so."""
+"""What a report that is being drawn is given after a signal; the results are whole without it."""
 _CHANGES_NO_RESULT = ("bag", "rate", "seek_to", "start_paused", "window")
 """Parameters of the player; the bag's content stands in the origin."""
 
@@ -214,20 +216,11 @@ def _with_pictures(trial: Trial, directory: Path) -> Trial:
     return replace(trial, source=replace(source, parameters=parameters))
 
 
-def _left_s(stop: Stop) -> float:
-    """Return the seconds that there are for a report; the signals of a machine do not wait.
-
-    SIGINT is an operator's, who waits for the report, or sends another one.
-    """
-    if stop.number in (signal.SIGTERM, signal.SIGHUP):
-        return stop.since_s + REPORT_S - time.monotonic()
-    return math.inf
-
-
 def _report_afterwards(out: Path, stop: Stop) -> Path:
-    """Write the report of results in place: whoever ends a trial need not wait for them."""
-    left_s = _left_s(stop)
-    with report_afterwards(out) as place, finish_despite_signals(left_s=left_s, told=True):
+    """Write the report of results in place; not for a machine's signal, which waits for nobody."""
+    if stop.number != signal.SIGINT:
+        raise without_report(out, KeyboardInterrupt())
+    with report_afterwards(out) as place, finish_despite_signals(told=True):
         return write_report(place)
 
 
@@ -271,7 +264,7 @@ def run_trial(
             if not result.complete or result.frames == 0:
                 raise Incomplete(result)
             told = stop.number is not None
-            with finish_despite_signals(REPORT_S, left_s=_left_s(stop), told=told):
+            with finish_despite_signals(REPORT_S, told=told):
                 why = keep_picture(partial, trial.source.parameters)
                 if not told:
                     report = write_report(partial)

@@ -135,7 +135,7 @@ def _save_or_remove(
         with suppress(OSError):
             remove_result(partial, kind)
         return
-    raise _without_report(_shown(_keep(partial, place, try_first=place), out), error) from error
+    raise without_report(_shown(_keep(partial, place, try_first=place), out), error) from error
 
 
 @contextmanager
@@ -152,12 +152,13 @@ def report_afterwards(out: Path) -> Iterator[Path]:
             _tell(f"{out}: the results are whole; now their report (Ctrl-C leaves it out)")
             yield resolve_out(out)
     except InUse:
-        raise _without_report(out, RuntimeError("another run is writing there")) from None
+        raise without_report(out, RuntimeError("another run is writing there")) from None
     except BaseException as error:
-        raise _without_report(out, error) from error
+        raise without_report(out, error) from error
 
 
-def _without_report(kept: Path, error: BaseException) -> Kept:
+def without_report(kept: Path, error: BaseException) -> Kept:
+    """Return what is said of whole results whose report is not written because of an error."""
     interrupted = isinstance(error, KeyboardInterrupt)
     why = "interrupted" if interrupted else _in_a_line(error)
     return Kept(

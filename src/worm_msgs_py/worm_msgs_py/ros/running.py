@@ -4,7 +4,6 @@ import math
 import signal
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from types import FrameType
@@ -37,19 +36,16 @@ class Stop(threading.Event):
     ----------
     number : int or None
         The signal.
-    since_s : float
-        When it came, by `time.monotonic`; infinite where none has.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.number: int | None = None
-        self.since_s = math.inf
 
     def take(self, number: int) -> None:
         """Take a signal."""
         if self.number is None:
-            self.number, self.since_s = number, time.monotonic()
+            self.number = number
         self.set()
 
 
@@ -89,9 +85,7 @@ def stop_on_signals() -> Iterator[Stop]:
 
 
 @contextmanager
-def finish_despite_signals(
-    within_s: float = math.inf, *, left_s: float = math.inf, told: bool = False
-) -> Iterator[None]:
+def finish_despite_signals(within_s: float = math.inf, *, told: bool = False) -> Iterator[None]:
     """Let the block come to its end at the first signal; a second one raises KeyboardInterrupt.
 
     SIGHUP is never the second: nobody is there any more who waits.
@@ -100,8 +94,6 @@ def finish_despite_signals(
     ----------
     within_s : float
         Seconds that the block is given from the first signal on; then KeyboardInterrupt is raised.
-    left_s : float
-        Seconds that it is given in any case.
     told : bool
         Whether the first signal came before.
     """
@@ -122,8 +114,6 @@ def finish_despite_signals(
         yield
         return
     before = signal.signal(signal.SIGALRM, on_alarm)
-    if left_s < math.inf:
-        signal.setitimer(signal.ITIMER_REAL, max(left_s, 0.01))
     try:
         with _handling(on_signal):
             yield
