@@ -28,7 +28,7 @@ def shown(frame):
 
 
 def remembering(bag, first=0, **how):
-    past = PastFrames({"bag": str(bag), "start_offset": first * PERIOD_S}, **how)
+    past = PastFrames(json.dumps({"bag": str(bag), "start_offset": first * PERIOD_S}), **how)
     for k, stamp_ns in enumerate(stamps(COUNT)[first:]):
         past.remember(k * PERIOD_S, stamp_ns, {"frame": k, "head": [1.5, None]})
     return past
@@ -46,7 +46,7 @@ def test_the_picture_is_that_of_the_pose(bag, first, k):
 
 @given(st.floats(-10.0, 10.0))
 def test_the_nearest_frame_is_shown(time_s):
-    past = PastFrames({})
+    past = PastFrames('{"bag": "a bag"}')
     for k in range(5):
         past.remember(float(k), k, {"frame": k})
     time, stamp_ns, _ = past._next_to(time_s)
@@ -61,4 +61,10 @@ def test_what_is_remembered_is_bounded_and_the_last_ones_stay(bag):
 
 def test_before_the_first_frame_there_is_none(bag):
     with pytest.raises(BadInput, match="no frame"):
-        PastFrames({"bag": str(bag)}).frame_at(0.0)
+        PastFrames(json.dumps({"bag": str(bag)})).frame_at(0.0)
+
+
+@pytest.mark.parametrize("player", ["{", "[]", "3", "{}", '{"bag": 7}'])
+def test_a_player_without_a_bag_is_refused_in_a_line(player):
+    with pytest.raises(BadInput, match="names no bag"):
+        PastFrames(player)

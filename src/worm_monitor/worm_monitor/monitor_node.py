@@ -100,7 +100,7 @@ class MonitorNode(WormNode):
         parameter = self.read_parameter
         past = None
         if parameter("player"):
-            self._past = PastFrames(json.loads(parameter("player")))
+            self._past = PastFrames(parameter("player"))
             past = self._past.frame_at
         return PageServer(parameter("host"), parameter("port"), parameter("token"), past)
 

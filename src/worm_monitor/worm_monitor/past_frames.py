@@ -26,12 +26,23 @@ class PastFrames:
 
     Parameters
     ----------
-    player : mapping
-        Parameters of the `ReplayNode` that plays the recording.
+    player : str
+        Parameters of the `ReplayNode` that plays the recording, as JSON.
+
+    Raises
+    ------
+    BadInput
+        They name no bag.
     """
 
-    def __init__(self, player: Mapping[str, Any], most: int = MOST_PAST_FRAMES) -> None:
-        self._player = player
+    def __init__(self, player: str, most: int = MOST_PAST_FRAMES) -> None:
+        try:
+            self._player: dict[str, Any] = json.loads(player)
+            self._bag = Path(self._player["bag"])
+        except (ValueError, KeyError, TypeError):
+            raise BadInput(
+                "node monitor: player names no bag: give the player's parameters as JSON"
+            ) from None
         self._most = most
         self._times: deque[tuple[float, int]] = deque()
         self._poses: dict[int, bytes] = {}
@@ -64,7 +75,7 @@ class PastFrames:
         """
         after_s, stamp_ns, packed = self._next_to(time_s)
         grey = picture_at(
-            partial(open_bag_of, Path(self._player["bag"]), self._player),
+            partial(open_bag_of, self._bag, self._player),
             stamp_ns,
             after_s + float(self._player.get("start_offset") or 0.0),
             float(self._player.get("max_megapixels", MAX_MEGAPIXELS)),

@@ -108,8 +108,7 @@ export class Player {
   position(dragged = null) {
     const { t = 0 } = this.now;
     const line = id("timeline");
-    if (dragged === null && !this.dragged && document.activeElement !== line) line.value = String(this.looked ?? t);
-    else if (dragged === null && !this.dragged) line.value = String(this.looked ?? this.sought ?? t);
+    if (dragged === null && !this.dragged) line.value = String(this.looked ?? this.sought ?? t);
     const at = dragged === null ? "" : dragged > t ? `plays to ${clock(dragged)}` : `shows ${clock(dragged)}`;
     const going = this.now.seeking && this.sought !== null ? `plays to ${clock(this.sought)}, every frame` : "";
     id("position").textContent = at || going || `${this.looked === null ? "" : "past frame, "}${clock(this.looked ?? t)} of ${clock(Number(line.max))}`;
