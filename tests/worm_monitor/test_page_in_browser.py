@@ -352,14 +352,18 @@ def head_and_tail_are_exchanged(out, unwatched, frame):
     assert np.allclose(points(out, "head")[frame : frame + 5], tail[frame : frame + 5], atol=2.0)
 
 
-def test_browsers_that_look_stall_or_die_change_no_byte(chromium, unwatched, tmp_path):
+def test_browsers_that_look_seek_stall_or_die_change_no_byte(chromium, unwatched, tmp_path):
     with monitored(tmp_path / "out", "--start-paused") as address:
         tabs = [Tab(chromium, address) for _ in range(3)]
         for tab in tabs:
-            tab.until("() => !document.getElementById('player').hidden")
+            tab.until("() => !document.getElementById('timeline').disabled")
         with stalled_socket(address):
+            tabs[0].move_timeline(20.0)
+            tabs[1].until_frame_is(200)
+            tabs[1].move_timeline(3.0)
+            tabs[1].until_frame_is(30)
             tabs[0].page.click("#pause")
-            tabs[1].until_frame_is_after(20)
+            tabs[0].until_frame_is_after(210)
             tabs[2].page.close()
             tabs[0].until("() => document.getElementById('kind').innerText === 'ENDED'")
         for tab in tabs[:2]:
