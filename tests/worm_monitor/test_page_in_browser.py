@@ -1,12 +1,9 @@
 """The page as people see it, in a real Chromium, while `worm replay --monitor` runs."""
 
-import os
 import re
-import shutil
 import signal
 import socket
 import subprocess
-import sys
 import threading
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, HTTPServer
@@ -16,21 +13,14 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from browser_tab import NEEDS_CHROMIUM, WINDOWS, WORM, Tab, running_chromium
 
 from worm_tracker.sources.bags.bag_reader import BagPictures
 
-playwright = pytest.importorskip("playwright.sync_api", reason="`make setup` installs it")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = [
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: apt-get install chromium"),
-    pytest.mark.xdist_group("browser"),
-]
+pytestmark = NEEDS_CHROMIUM
 BAG = Path(__file__).parents[2] / "bags" / "trial"
-WORM = [sys.executable, "-c", "from worm_bringup.cli.app import main; main()"]
 PLAYED_S = 30
 FRAMES = 300
-WAIT_MS = 60_000
-WINDOWS = [(1280, 800), (390, 844)]
 
 
 def replay(out, *more):
@@ -57,11 +47,8 @@ def monitored(out, *more):
 
 @pytest.fixture(scope="module")
 def chromium():
-    with playwright.sync_playwright() as driver:
-        sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=sandbox)
+    with running_chromium() as browser:
         yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -74,27 +61,8 @@ def unwatched(tmp_path_factory):
     return out
 
 
-class Tab:
-    """A page that notes what it asks for and what goes wrong in it."""
-
-    def __init__(self, browser, address, size=WINDOWS[0], scheme="light"):
-        width, height = size
-        self.page = browser.new_page(
-            viewport={"width": width, "height": height}, color_scheme=scheme
-        )
-        self.page.set_default_timeout(WAIT_MS)
-        self.wrong, self.asked = [], []
-        self.page.on("console", lambda said: self.wrong.append(said.text))
-        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
-        self.page.on("request", lambda request: self.asked.append(request.url))
-        self.page.on("websocket", lambda socket: self.asked.append(socket.url))
-        self.page.goto(address)
-
-    def text(self, name):
-        return self.page.locator(f"#{name}").inner_text()
-
-    def until(self, script, *argument):
-        self.page.wait_for_function(script, arg=argument[0] if argument else None)
+class TrialTab(Tab):
+    """The page of a trial that runs."""
 
     def until_log_has(self, words):
         self.until("words => document.getElementById('events').innerText.includes(words)", words)
@@ -111,6 +79,9 @@ class Tab:
             " === frame",
             frame,
         )
+
+    def until_it_may_play(self):
+        self.until("() => document.getElementById('pause').innerText === 'Play'")
 
     @property
     def clock_frame(self):
@@ -140,7 +111,7 @@ class Tab:
 
 def test_a_trial_is_watched_and_led_from_the_page(chromium, unwatched, tmp_path):
     with monitored(tmp_path / "out", "--start-paused") as address:
-        tab = Tab(chromium, address)
+        tab = TrialTab(chromium, address)
         tab.until("() => document.getElementById('kind').innerText === 'REPLAY'")
         tab.page.select_option("#rate", "2")
         tab.until_log_has("rate 2")
@@ -154,7 +125,7 @@ def test_a_trial_is_watched_and_led_from_the_page(chromium, unwatched, tmp_path)
         assert tab.drawn("picture") != picture
 
         tab.page.click("#pause")
-        tab.until("() => document.getElementById('pause').innerText === 'Play'")
+        tab.until_it_may_play()
         assert not tab.page.is_visible("#note")  # what a recording is called is not for the page
         tab.page.click("#swap")
         tab.until_log_has("exchanged by an operator from frame")
@@ -168,7 +139,7 @@ def test_a_trial_is_watched_and_led_from_the_page(chromium, unwatched, tmp_path)
         not_the_page_is_refused(chromium, address)
         for size in WINDOWS:
             for scheme in ("light", "dark"):
-                fits(Tab(chromium, address, size, scheme))
+                fits(TrialTab(chromium, address, size, scheme))
 
         assert tab.wrong == []
         assert all(url.startswith((address, address.replace("http", "ws"))) for url in tab.asked)
@@ -199,7 +170,7 @@ def it_is_sought_in(tab):
     sought = now + 15
     tab.move_timeline(sought / 10)
     tab.until_frame_is(sought)
-    tab.until("() => document.getElementById('pause').innerText === 'Play'")
+    tab.until_it_may_play()
     assert tab.clock_frame == sought
 
 
@@ -270,7 +241,7 @@ def test_a_new_trial_begins_beside_the_one_that_ends(chromium, tmp_path):
     )
     try:
         address = re.search(r"http://127\.0\.0\.1:\d+/", process.stderr.readline()).group()
-        tab = Tab(chromium, address)
+        tab = TrialTab(chromium, address)
         tab.until("() => document.getElementById('kind').innerText === 'LIVE'")
         tab.until("() => Number(document.getElementById('stamp').innerText.split('frame')[1]) > 9")
         for width, height in WINDOWS:
@@ -354,7 +325,7 @@ def head_and_tail_are_exchanged(out, unwatched, frame):
 
 def test_browsers_that_look_seek_stall_or_die_change_no_byte(chromium, unwatched, tmp_path):
     with monitored(tmp_path / "out", "--start-paused") as address:
-        tabs = [Tab(chromium, address) for _ in range(3)]
+        tabs = [TrialTab(chromium, address) for _ in range(3)]
         for tab in tabs:
             tab.until("() => !document.getElementById('timeline').disabled")
         with stalled_socket(address):
@@ -362,6 +333,7 @@ def test_browsers_that_look_seek_stall_or_die_change_no_byte(chromium, unwatched
             tabs[1].until_frame_is(200)
             tabs[1].move_timeline(3.0)
             tabs[1].until_frame_is(30)
+            tabs[0].until_it_may_play()  # it may be told later than the other one
             tabs[0].page.click("#pause")
             tabs[0].until_frame_is_after(210)
             tabs[2].page.close()

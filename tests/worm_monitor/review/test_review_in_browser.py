@@ -1,31 +1,22 @@
 """The review page as people use it, in a real Chromium; what it corrects a replay then applies."""
 
 import json
-import os
 import re
 import shlex
 import shutil
 import subprocess
-import sys
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from browser_tab import NEEDS_CHROMIUM, WINDOWS, WORM, Tab, running_chromium
 
-playwright = pytest.importorskip("playwright.sync_api", reason="`make setup` installs it")
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = [
-    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here: apt-get install chromium"),
-    pytest.mark.xdist_group("browser"),
-]
+pytestmark = NEEDS_CHROMIUM
 BAG = Path(__file__).parents[3] / "bags" / "trial"
-WORM = [sys.executable, "-c", "from worm_bringup.cli.app import main; main()"]
 PLAYED_S = 12
 FRAMES = 120
-WAIT_MS = 60_000
-WINDOWS = [(1280, 800), (390, 844)]
 TABLES = ("tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json")
 
 
@@ -60,31 +51,16 @@ def reviewed(results, *more):
 
 @pytest.fixture(scope="module")
 def chromium():
-    with playwright.sync_playwright() as driver:
-        sandbox = ["--no-sandbox"] if os.geteuid() == 0 else []
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=sandbox)
+    with running_chromium() as browser:
         yield browser
-        browser.close()
 
 
-class Tab:
-    """A page that notes what it asks for and what goes wrong in it."""
+class ReviewTab(Tab):
+    """The page of a trial that is over."""
 
-    def __init__(self, browser, address, size=WINDOWS[0], scheme="light"):
-        width, height = size
-        self.page = browser.new_page(
-            viewport={"width": width, "height": height}, color_scheme=scheme
-        )
-        self.page.set_default_timeout(WAIT_MS)
-        self.wrong, self.asked = [], []
-        self.page.on("console", lambda said: self.wrong.append(said.text))
-        self.page.on("pageerror", lambda error: self.wrong.append(str(error)))
-        self.page.on("request", lambda request: self.asked.append(request.url))
-        self.page.goto(address)
+    def __init__(self, browser, address, *how):
+        super().__init__(browser, address, *how)
         self.until_frame(0)
-
-    def until(self, script, *argument):
-        self.page.wait_for_function(script, arg=argument[0] if argument else None)
 
     def until_frame(self, frame):
         """Wait until the picture of a frame is shown, and the plots stand at it."""
@@ -94,9 +70,6 @@ class Tab:
 
     def until_listed(self, entries):
         self.until("n => document.querySelectorAll('#entries button').length === n", entries)
-
-    def text(self, name):
-        return self.page.locator(f"#{name}").inner_text()
 
     def click_plot(self, name, share, to=None):
         """Click a plot at a share of its time axis, or drag from it to another one."""
@@ -137,7 +110,7 @@ class Tab:
 def corrected(chromium, results):
     """Correct a stretch on the page; give what the page said, and its command."""
     with reviewed(results) as address:
-        tab, other = Tab(chromium, address), Tab(chromium, address)
+        tab, other = ReviewTab(chromium, address), ReviewTab(chromium, address)
         seen = look_around(tab)
         tab.click_plot("theta", 0.25, to=0.5)
         first, last = (int(tab.page.input_value(f"#{name}")) for name in ("first", "last"))
@@ -273,12 +246,12 @@ def test_everything_fits_the_window(chromium, results):
     with reviewed(results) as address:
         for size in WINDOWS:
             for scheme in ("light", "dark"):
-                tab = Tab(chromium, address, size, scheme)
+                tab = ReviewTab(chromium, address, size, scheme)
                 wide = tab.page.evaluate("() => document.scrollingElement.scrollWidth")
                 assert wide <= size[0]
                 assert tab.wrong == []
                 tab.page.close()
-        no_peak_of_a_long_trial_is_left_out(Tab(chromium, address))
+        no_peak_of_a_long_trial_is_left_out(ReviewTab(chromium, address))
 
 
 def no_peak_of_a_long_trial_is_left_out(tab):
