@@ -8,7 +8,8 @@ from worm_msgs_py.contract.status import Status
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
-FRAMES = 24
+FRAMES = 36
+"""The worm is clear of the exit by its 24th frame, and the exit is looked at again at 2 s."""
 
 
 @pytest.mark.parametrize(
@@ -26,6 +27,8 @@ def test_a_worm_at_the_wall_is_found_below_a_pixel(look, px):
         picture, ends = taken(look, midline, rng)
         tips.append(ends)
         given += tracker.push(picture, frame * 66_666_667)
+        if frame == 0:  # the tail lies before the exit
+            assert np.isnan(tracker.geometry.chambers[0].exit_width_m)
     given += tracker.finish()
     assert [tracked.state.status for tracked in given] == [Status.TRACKED] * FRAMES
     found = np.array([[[p.u_px, p.v_px] for p in (t.state.head, t.state.tail)] for t in given])
