@@ -21,7 +21,6 @@ def crawling(frames, step_px=3.0):
     return {
         "frame": np.arange(frames),
         "stamp_ns": FRAME_NS * np.arange(frames, dtype=np.int64),
-        "where": np.full(frames, "chamber_a", object),
         "status": np.full(frames, "tracked", object),
         "head_certainty": np.full(frames, 0.99),
         "head_u_px": u + BODY_PX,
@@ -34,7 +33,6 @@ def crawling(frames, step_px=3.0):
 def without_pose(tracks, rows, status):
     tracks["status"][rows] = status
     tracks["head_certainty"][rows] = 0.5
-    tracks["where"][rows] = "unknown"
     for name in ("head_u_px", "head_v_px", "tail_u_px", "tail_v_px"):
         tracks[name][rows] = np.nan
 
@@ -96,17 +94,15 @@ def test_an_exchange_is_told_over_a_short_gap_and_not_over_one_in_which_it_may_t
     assert frames_of(found, Doubt.LOST) == [(20, 19 + gap)]
 
 
-def test_the_worst_comes_first_and_says_where_and_how_sure():
+def test_the_worst_comes_first_and_says_how_sure():
     tracks = crawling(100)
     without_pose(tracks, slice(60, 65), "no_worm")
-    tracks["where"][50:60] = "chamber_b"
     tracks["head_certainty"][10:30] = np.linspace(0.55, 0.8, 20)
     exchanged(tracks, slice(95, None))
     exchange, unsure, lost = doubtful_stretches(tracks)
     assert (exchange.why, exchange.first_frame) == (Doubt.EXCHANGED, 94)
-    assert (unsure.first_frame, unsure.last_frame, unsure.where) == (10, 29, "chamber_a")
+    assert (unsure.first_frame, unsure.last_frame) == (10, 29)
     assert unsure.least_certainty == 0.55
     assert unsure.duration_s == pytest.approx(1.9)
     assert lost.first_stamp_ns == 60 * FRAME_NS
-    assert lost.where == "chamber_b"
     assert np.isnan(lost.least_certainty)

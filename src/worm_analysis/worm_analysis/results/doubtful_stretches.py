@@ -1,4 +1,4 @@
-"""Where a person should look at a trial's frames: which end is the head, and where the worm was."""
+"""Where a person should look at a trial's frames: which end is the head, and where it is."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from worm_analysis.results.parquet_table import Columns
 from worm_msgs_py import Status
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
-from worm_msgs_py.contract.frames import Where
 from worm_msgs_py.units import NS_PER_S
 
 _Flags = NDArray[np.bool_]
@@ -48,8 +47,6 @@ class DoubtfulStretch:
         Inclusive; of an exchange the frames before and after it.
     first_stamp_ns, last_stamp_ns : int
         When they were taken.
-    where : str
-        Part of the rig that held the head in it or was the last to hold it; ``unknown`` where none.
     least_certainty : float
         The least certainty of the head in it, 0.5 to 1; NaN where no head is told.
     """
@@ -59,7 +56,6 @@ class DoubtfulStretch:
     last_frame: int
     first_stamp_ns: int
     last_stamp_ns: int
-    where: str
     least_certainty: float
 
     @property
@@ -77,8 +73,8 @@ def doubtful_stretches(tracks: Columns) -> list[DoubtfulStretch]:
     Parameters
     ----------
     tracks : mapping of column name to ndarray
-        As in `Results.tracks`: `frame`, `stamp_ns`, `where`, `status`, `head_certainty` and head
-        and tail in pixels.
+        As in `Results.tracks`: `frame`, `stamp_ns`, `status`, `head_certainty` and head and tail in
+        pixels.
     """
     status = tracks["status"]
     told = np.isin(status, [each.label for each in Status if each.may_have_head])
@@ -94,8 +90,7 @@ def doubtful_stretches(tracks: Columns) -> list[DoubtfulStretch]:
         for first, last in _runs(flags, tracks["stamp_ns"])
     ]
     runs += [(Doubt.EXCHANGED, before, after) for before, after in _exchanges(tracks)]
-    held = _held_by(tracks["where"])
-    found = [_stretch(tracks, held, told, *run) for run in runs]
+    found = [_stretch(tracks, told, *run) for run in runs]
     return sorted(
         found,
         key=lambda each: (each.why is not Doubt.EXCHANGED, -each.duration_s, each.first_frame),
@@ -126,21 +121,7 @@ def _exchanges(tracks: Columns) -> Iterator[tuple[int, int]]:
         yield int(before[row]), int(after[row])
 
 
-def _held_by(where: NDArray[np.object_]) -> NDArray[np.object_]:
-    """Return for each row the part of the rig that was the last to hold the head."""
-    known = where != Where.UNKNOWN.label
-    last = np.maximum.accumulate(np.where(known, np.arange(len(where)), -1))
-    return np.where(last >= 0, where[np.maximum(last, 0)], Where.UNKNOWN.label)
-
-
-def _stretch(
-    tracks: Columns,
-    held: NDArray[np.object_],
-    told: _Flags,
-    why: Doubt,
-    first: int,
-    last: int,
-) -> DoubtfulStretch:
+def _stretch(tracks: Columns, told: _Flags, why: Doubt, first: int, last: int) -> DoubtfulStretch:
     certainty = tracks["head_certainty"][first : last + 1][told[first : last + 1]]
     least = float(np.min(certainty, initial=inf))
     return DoubtfulStretch(
@@ -149,6 +130,5 @@ def _stretch(
         int(tracks["frame"][last]),
         int(tracks["stamp_ns"][first]),
         int(tracks["stamp_ns"][last]),
-        str(held[last]),
         nan if least == inf else least,
     )
