@@ -1,7 +1,9 @@
 """A real Chromium for the tests of pages, which are skipped where there is none."""
 
 import os
+import re
 import shutil
+import subprocess
 import sys
 from contextlib import contextmanager
 
@@ -26,6 +28,24 @@ def running_chromium():
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=sandbox)
         yield browser
         browser.close()
+
+
+@contextmanager
+def page_of(words, said_on, *, ends_by_itself):
+    """Run `worm`, give the address of the page that it prints, and see it end in good order."""
+    streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, said_on: subprocess.PIPE}
+    process = subprocess.Popen([*WORM, *map(str, words)], text=True, **streams)
+    try:
+        found = re.search(r"http://127\.0\.0\.1:\d+/", getattr(process, said_on).readline())
+        assert found, process.communicate()[1]
+        yield found.group()
+        if not ends_by_itself:
+            process.terminate()
+        said = process.communicate(timeout=120)[1]
+        assert process.returncode == 0, said
+    finally:
+        process.kill()
+        process.communicate()
 
 
 class Tab:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from browser_tab import NEEDS_CHROMIUM, WINDOWS, WORM, Tab, running_chromium
+from browser_tab import NEEDS_CHROMIUM, WINDOWS, WORM, Tab, page_of, running_chromium
 
 from worm_tracker.sources.bags.bag_reader import BagPictures
 
@@ -23,26 +23,15 @@ PLAYED_S = 30
 FRAMES = 300
 
 
-def replay(out, *more):
-    """Start the replay of the first seconds of a trial."""
-    command = [*WORM, "replay", str(BAG), "--out", str(out), "--playback-duration", str(PLAYED_S)]
-    return subprocess.Popen(
-        [*command, *more], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True
-    )
+def replay_to(out):
+    """Return the words of a replay of the first seconds of a trial."""
+    return ("replay", BAG, "--out", out, "--playback-duration", PLAYED_S)
 
 
-@contextmanager
 def monitored(out, *more):
     """Give the address of a replay's page, and see the replay to its end."""
-    process = replay(out, "--monitor", "--monitor-port", "0", *more)
-    try:
-        address = re.search(r"http://127\.0\.0\.1:\d+/", process.stderr.readline()).group()
-        yield address
-        said = process.communicate(timeout=120)[1]
-        assert process.returncode == 0, said
-    finally:
-        process.kill()
-        process.communicate()
+    words = (*replay_to(out), "--monitor", "--monitor-port", "0", *more)
+    return page_of(words, "stderr", ends_by_itself=True)
 
 
 @pytest.fixture(scope="module")
@@ -55,9 +44,9 @@ def chromium():
 def unwatched(tmp_path_factory):
     """The results of the same replay that nobody watched."""
     out = tmp_path_factory.mktemp("unwatched") / "out"
-    process = replay(out)
-    said = process.communicate(timeout=120)[1]
-    assert process.returncode == 0, said
+    words = [str(word) for word in replay_to(out)]
+    done = subprocess.run([*WORM, *words], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
     return out
 
 

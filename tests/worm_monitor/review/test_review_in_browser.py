@@ -1,17 +1,15 @@
 """The review page as people use it, in a real Chromium; what it corrects a replay then applies."""
 
 import json
-import re
 import shlex
 import shutil
 import subprocess
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from browser_tab import NEEDS_CHROMIUM, WINDOWS, WORM, Tab, running_chromium
+from browser_tab import NEEDS_CHROMIUM, WINDOWS, WORM, Tab, page_of, running_chromium
 
 pytestmark = NEEDS_CHROMIUM
 BAG = Path(__file__).parents[3] / "bags" / "trial"
@@ -32,21 +30,9 @@ def results(tmp_path_factory):
     return out
 
 
-@contextmanager
-def reviewed(results, *more):
+def reviewed(results):
     """Give the address of a review, and see it to its end."""
-    command = [*WORM, "review", str(results), "--bag", str(BAG), *more]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    try:
-        found = re.search(r"http://127\.0\.0\.1:\d+/", process.stdout.readline())
-        assert found, process.communicate()[1]
-        yield found.group()
-        process.terminate()
-        said = process.communicate(timeout=60)[1]
-        assert process.returncode == 0, said
-    finally:
-        process.kill()
-        process.communicate()
+    return page_of(("review", results, "--bag", BAG), "stdout", ends_by_itself=False)
 
 
 @pytest.fixture(scope="module")
