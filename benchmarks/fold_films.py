@@ -105,7 +105,7 @@ def _read(kept: Path) -> FoldFilm:
 def _motion(worm: str) -> FoldedWorm:
     if worm != OPEN:
         return folded_worms.read_folded_worms(WORMS_FILE)[worm]
-    walker = Walker(length_mm=20.0, width_mm=0.4, mean_slide_mm=4.0, mean_hop_mm=1.2, seed=5)
+    walker = Walker(speed_mm_s=4.0, mean_slide_mm=4.0, mean_hop_mm=1.2, seed=5)
     lines = np.stack(list(midlines_mm(walker, 10.0, OPEN_FRAMES / OPEN_FPS, OPEN_FPS)))
     fine = np.linspace(0.0, lines.shape[1] - 1.0, 121)
     whole = np.arange(lines.shape[1])

@@ -25,10 +25,10 @@ from rich.table import Table
 from benchmarks.fold_films import FILMS, MORE_FILMS, FoldFilm, fold_film
 from benchmarks.fold_overlays import write_contact_sheet
 from worm_msgs_py import TrackedFrame
+from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES, TrackerParameters
 from worm_tracker.tracker import Tracker
 
-CERTAIN = 0.9
 OFF_WORM_PX = 2.0
 """A midline point is in clear water where the true outline is farther away than this."""
 BEYOND_WALL_MM = 0.1
@@ -178,7 +178,7 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
         name: np.array([getattr(each, name) for each in scores], dtype=bool)
         for name in ("has_pose", "swapped", "in_wall")
     }
-    pose, certain = table["has_pose"], table["certainty"] >= CERTAIN
+    pose, certain = table["has_pose"], table["certainty"] >= SURE_HEAD_CERTAINTY
     given = np.isfinite(table["head_px"])
     near = table["head_px"] <= film.width_px
     agrees = near & ~(table["midline_px"] > film.width_px)

@@ -27,8 +27,8 @@ from benchmarks.fuzz_scan import readable
 from worm_msgs_py.errors import BadInput, BadPicture
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.bags.scan.found import FoundMessage
 from worm_tracker.sources.bags.scan.scan import scan_bag
+from worm_tracker.sources.bags.scan.scan_result import FoundMessage
 from worm_tracker.sources.bags.serialized_images import read_picture
 from worm_tracker.sources.image_decoder import PictureDecoder
 from worm_tracker.tracker import Tracker

@@ -115,14 +115,17 @@ def shared_public_names(src: Path) -> list[str]:
     return [f"{name} in {sorted(files)}" for name, files in where.items() if len(files) > 1]
 
 
-def shared_private_constants(src: Path) -> list[str]:
-    """Return the constants that a reader who knows one module would take for another's."""
+def shared_private_names(src: Path) -> list[str]:
+    """Return the names that a reader who knows one module would take for another's.
+
+    A constant may stand twice with the same value; a function or class has its own name.
+    """
     values = defaultdict(lambda: defaultdict(list))
     for file, module in parsed(src).items():
         for name, value in top_level(module):
             private = name.startswith("_") and not name.startswith("__")
-            if private and value and name not in SHARED_PRIVATE:
-                values[name][value].append(str(file))
+            if private and name not in SHARED_PRIVATE:
+                values[name][value or str(file)].append(str(file))
     return [f"{name}: {dict(its)}" for name, its in values.items() if len(its) > 1]
 
 
@@ -209,7 +212,7 @@ LAWS: dict[str, Callable[[Path], list[str]]] = {
     "a file can be read in one go": long_files,
     "a class changes little of itself": changing_classes,
     "a public name has one meaning": shared_public_names,
-    "a private constant's name has one value": shared_private_constants,
+    "a private name has one meaning": shared_private_names,
     "a package has few rooms": crowded_packages,
     "a package has few floors and its rooms no ring": tall_packages,
     "modules import one way": ring_of_modules,
@@ -251,7 +254,7 @@ KEPT = {
     "a file can be read in one go": {"a.py": "\n" * 400},
     "a class changes little of itself": {"a.py": worm(8)},
     "a public name has one meaning": {"a.py": "NAME = 1\n_A = 1", "b.py": "NAME = 2\n_A = 1"},
-    "a private constant's name has one value": {"a.py": "_A, _B = 1, 2", "b.py": "_B = 2"},
+    "a private name has one meaning": {"a.py": "_A, _B = 1, 2", "b.py": "_B = 2"},
     "a package has few rooms": {f"room_{k}.py": "" for k in range(16)},
     "a package has few floors and its rooms no ring": chain(7),
     "modules import one way": {"a/b.py": "import worm_x.a.c", "a/c.py": ""},
@@ -261,7 +264,7 @@ BROKEN = {
     "a file can be read in one go": {"a/b.py": "\n" * 401},
     "a class changes little of itself": {"a.py": worm(9)},
     "a public name has one meaning": {"a.py": "SPEED = 1", "b/c.py": "class SPEED: ..."},
-    "a private constant's name has one value": {"a.py": "_A, _B = 1, 2", "b.py": "_B: int = 3"},
+    "a private name has one meaning": {"a.py": "def _crawl(): ...", "b.py": "class _crawl: ..."},
     "a package has few rooms": {f"room_{k}/a.py": "" for k in range(17)},
     "a package has few floors and its rooms no ring": chain(8),
     "modules import one way": {"a/b.py": "import worm_x.a.c", "a/c.py": "from worm_x.a import b"},
@@ -284,6 +287,11 @@ def test_the_law_allows_what_is_just_within_it(law, tmp_path):
 @pytest.mark.parametrize("law", LAWS)
 def test_the_law_finds_what_is_just_beyond_it(law, tmp_path):
     assert len(LAWS[law](written(BROKEN[law], tmp_path))) == 1
+
+
+def test_a_private_constant_of_two_values_is_found(tmp_path):
+    texts = {"a.py": "_A, _B = 1, 2", "b.py": "_B: int = 3"}
+    assert len(shared_private_names(written(texts, tmp_path))) == 1
 
 
 def test_rooms_that_need_each_other_are_found(tmp_path):

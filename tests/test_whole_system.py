@@ -10,7 +10,8 @@ WITH_DATA = ("contact_fraction", "d_c", "d_nc", "delta_r_h", "reversal_per_cycle
 @pytest.fixture(scope="module")
 def pair():
     """In a closed chamber, where the worm finds walls all the time."""
-    return trial(0, minutes=1.0, frames_per_s=10.0, px_per_mm=16.0, exit_width_mm=0.0)
+    both = trial(0, minutes=1.0, frames_per_s=10.0, px_per_mm=16.0, exit_width_mm=0.0)
+    return tuple(measured.numbers for measured in both)
 
 
 @pytest.mark.parametrize("name", WITH_DATA)

@@ -23,8 +23,8 @@ from worm_model.model_node import ModelNode
 from worm_msgs_py import BodyState, Observables, convert, topics
 from worm_msgs_py.convert.body import _JOINT_NAMES
 from worm_msgs_py.errors import MalformedMessage
+from worm_msgs_py.ros.counting_publisher import read_announcement
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import read_announcement
 from worm_msgs_py.ros.qos import FLOW, IMAGE_REPLAY
 from worm_tracker.sources.replay_node import ReplayNode
 from worm_tracker.sources.source_node import drain

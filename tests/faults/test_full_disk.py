@@ -23,8 +23,8 @@ from worm_msgs_py import (
     topics,
 )
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.ros.counting_publisher import Ledger
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW
 from worm_msgs_py.ros.worm_node import WormNode
 from worm_tracker.sources.bags.bag_reader import BagPictures

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from result_files import SUMMARY, TABLES, files_in, result_text, write_result
 
-from worm_bringup.outputs import exchange
+from worm_bringup.outputs import directory_swap
 from worm_bringup.outputs.earlier_result import POOLED
 from worm_bringup.outputs.output_lock import output_lock
 from worm_bringup.outputs.results_directory import Kept, check_out, results_directory
@@ -219,7 +219,7 @@ def renames_alone(monkeypatch):
         raise OSError(22, "Invalid argument")
 
     with monkeypatch.context() as patch:
-        patch.setattr(exchange, "_exchange", cannot)
+        patch.setattr(directory_swap, "_exchange", cannot)
         yield
 
 

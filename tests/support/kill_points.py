@@ -13,7 +13,7 @@ from pathlib import Path
 
 from result_files import write_result
 
-from worm_bringup.outputs import exchange
+from worm_bringup.outputs import directory_swap
 from worm_bringup.outputs.results_directory import results_directory
 
 CHANGES = {"os.mkdir", "os.rename", "os.remove", "os.rmdir", "ctypes.dlsym"}
@@ -50,7 +50,7 @@ def cannot_exchange(one, other):
 
 if __name__ == "__main__":
     if sys.argv[2] == "renames":
-        exchange._exchange = cannot_exchange
+        directory_swap._exchange = cannot_exchange
     for number in itertools.count():
         out = Path(sys.argv[1], str(number), "out")
         write_result(out, "earlier")

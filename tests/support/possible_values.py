@@ -56,6 +56,8 @@ def impossible(summary):
             found.append(f"{name}: {value} is below its interval from {low}")
         if value is not None and not (high is None or value <= high):
             found.append(f"{name}: {value} is above its interval to {high}")
+        if least == 0.0 and most == inf and value and high is not None and high > 1e4 * value:
+            found.append(f"{name}: {value} with an interval to {high}, which bounds nothing")
         if not (isinstance(n, int) and n >= 0):
             found.append(f"{name}: n = {n}")
         elif name.startswith(OF_FRAMES) and n > read:

@@ -50,7 +50,7 @@ SPARE = 5
 @cache
 def midlines(duration_s: float, fps: float, seed: int) -> tuple[np.ndarray, ...]:
     """Return the simulated worm's midlines, mm, head first."""
-    walker = Walker(seed=seed, reversal_per_cycle=0.1, length_mm=12.0)
+    walker = Walker(seed=seed, speed_mm_s=4.0, reversal_per_cycle=0.1, length_mm=12.0)
     return tuple(midlines_mm(walker, 10.0, duration_s, fps))
 
 

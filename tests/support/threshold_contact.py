@@ -1,6 +1,6 @@
 """Contact by one threshold on the radius, told at once: in the place of the hidden state."""
 
-from worm_analysis.events.hidden_contact import ResolvedFrame
+from worm_analysis.events.contact_state import ResolvedFrame
 from worm_analysis.statistics.depth_law import LEAST_NOISE, DepthLaw
 
 

@@ -13,8 +13,8 @@ from worm_model.inference.comparison import ModelParameters
 from worm_model.inference.trial_model import TrialModel
 from worm_model.model_node import ANALYSIS_NODE, HEARD, ModelNode
 from worm_msgs_py import Observables, Quantity, convert, topics
+from worm_msgs_py.ros.counting_publisher import read_announcement
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import read_announcement
 from worm_msgs_py.ros.qos import FLOW
 from worm_tracker.sources.source_node import drain
 

@@ -12,7 +12,6 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage
 
 from worm_msgs_py import Status
-from worm_tracker.midline.deformable_fit import draw_body
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.image_decoder import PictureDecoder
@@ -41,6 +40,20 @@ def hand_cleaned_mask(archive, frame):
     mask = cv2.imdecode(np.frombuffer(archive.read(name), np.uint8), cv2.IMREAD_GRAYSCALE)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
     return labels == 1 + np.argmax(stats[1:, cv2.CC_STAT_AREA])
+
+
+def draw_body(shape, points, widths):
+    """Draw the body as a mask; it may cross itself."""
+    drawn = np.zeros(shape, np.uint8)
+    tangent = np.gradient(points, axis=0)
+    tangent /= np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)[:, None]
+    side = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) * np.maximum(widths, 1.0)[:, None] / 2
+    left = np.rint((points + side) * 16).astype(np.int32)
+    right = np.rint((points - side) * 16).astype(np.int32)
+    for k in range(len(points) - 1):
+        quad = np.array([left[k], left[k + 1], right[k + 1], right[k]])
+        cv2.fillConvexPoly(drawn, quad, 255, shift=4)
+    return drawn
 
 
 @pytest.mark.parametrize("first", [60, 895])

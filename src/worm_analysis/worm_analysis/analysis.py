@@ -34,11 +34,11 @@ from worm_msgs_py import (
     TrackedFrame,
 )
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.paper import RADIUS_MM
 from worm_msgs_py.units import MM_PER_M
 
 WIDTH_BIN_M = 2e-6
 WIDTH_BINS = 1000
-NOMINAL_RADIUS_M = 0.01
 
 
 class Analysis:
@@ -63,7 +63,7 @@ class Analysis:
         self._body = BodySums()
         self._unwrapped = UnwrappedAngle()
         self._unwrapped_in = ("", 0)
-        self._search = WallSearch(self._parameters, NOMINAL_RADIUS_M)
+        self._search = WallSearch(self._parameters, RADIUS_MM / MM_PER_M)
         self._position = RigPosition(self._parameters)
         self._last_ns: int | None = None
         self._read: Sums | None = None

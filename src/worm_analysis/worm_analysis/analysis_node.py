@@ -14,8 +14,8 @@ from worm_msgs_py import BodyState, convert, topics
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import MalformedMessage
+from worm_msgs_py.ros.counting_publisher import Ledger
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW, RESULT
 from worm_msgs_py.ros.running import run_alone
 from worm_msgs_py.ros.stream_end import StreamEnd

@@ -22,7 +22,7 @@ _LIVE_ARGUMENTS = {
 }
 
 
-def _nodes(context):
+def _live_nodes(context):
     told = context.launch_configurations
 
     def node(package, executable, *names):
@@ -49,4 +49,4 @@ def generate_launch_description():
         DeclareLaunchArgument(name, default_value="", description=description)
         for name, description in _LIVE_ARGUMENTS.items()
     ]
-    return LaunchDescription([*arguments, OpaqueFunction(function=_nodes)])
+    return LaunchDescription([*arguments, OpaqueFunction(function=_live_nodes)])

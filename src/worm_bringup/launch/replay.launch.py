@@ -22,7 +22,7 @@ _REPLAY_ARGUMENTS = {
 }
 
 
-def _nodes(context):
+def _replay_nodes(context):
     told = context.launch_configurations
 
     def node(package, executable, *names):
@@ -53,4 +53,4 @@ def generate_launch_description():
         DeclareLaunchArgument(name, default_value="", description=description)
         for name, (_, description) in _REPLAY_ARGUMENTS.items()
     ]
-    return LaunchDescription([*arguments, OpaqueFunction(function=_nodes)])
+    return LaunchDescription([*arguments, OpaqueFunction(function=_replay_nodes)])

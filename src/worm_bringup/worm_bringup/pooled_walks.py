@@ -93,7 +93,7 @@ def _predict(
     none = np.full(len(widths), np.nan)
     return WalkPrediction(
         is_own=is_own,
-        parameters=_told(walk),
+        parameters=_walk_parameters(walk),
         width_mm=np.array(widths),
         tau_h_s=tau[middle],
         n_s=skips[middle],
@@ -108,7 +108,7 @@ def _predict(
     )
 
 
-def _told(walk: WalkParameters) -> dict[str, float | str]:
+def _walk_parameters(walk: WalkParameters) -> dict[str, float | str]:
     return {
         "radius_mm": walk.radius_mm,
         "depth_mm": walk.depth_mm,

@@ -34,7 +34,7 @@ def keep_picture(results_dir: Path, source: Mapping[str, Any]) -> str:
     """
     bag = source.get("bag") or source.get("record")
     if not bag:
-        return _choose(results_dir)
+        return _keep_best(results_dir)
     try:
         results = read_results(results_dir)
         row = row_to_show(results)
@@ -55,7 +55,7 @@ def keep_picture(results_dir: Path, source: Mapping[str, Any]) -> str:
     return ""
 
 
-def _choose(results_dir: Path) -> str:
+def _keep_best(results_dir: Path) -> str:
     """Leave the best of the pictures that are there."""
     there = frame_pictures(results_dir)
     if not there:

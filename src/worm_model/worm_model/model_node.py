@@ -12,8 +12,8 @@ from worm_model.inference.trial_model import TrialModel
 from worm_msgs_py import Comparison, Correlation, Event, Observables, Quantity, convert, topics
 from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import MalformedMessage
+from worm_msgs_py.ros.counting_publisher import Ledger, read_announcement
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import Ledger, read_announcement
 from worm_msgs_py.ros.qos import FLOW
 from worm_msgs_py.ros.running import run_alone
 from worm_msgs_py.ros.stream_end import StreamEnd

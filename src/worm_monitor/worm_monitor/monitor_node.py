@@ -15,10 +15,10 @@ from std_msgs.msg import UInt64MultiArray
 
 from worm_monitor.json_numbers import rounded
 from worm_monitor.operator_commands import OperatorCommands
+from worm_monitor.page_content import PageContent
 from worm_monitor.page_server import PageServer
 from worm_monitor.past_frames import PastFrames
 from worm_monitor.pictures import NextPicture, Waiting, as_jpeg, with_head
-from worm_monitor.shown import Shown
 from worm_msgs_py import convert, topics
 from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.errors import BadInput, MalformedMessage
@@ -81,7 +81,7 @@ class MonitorNode(WormNode):
 
     def __init__(self, **node_arguments: Any) -> None:
         super().__init__(NAME, **node_arguments)
-        self._shown = Shown()
+        self._shown = PageContent()
         self._next_picture = NextPicture()
         self._replay = bool(self.read_parameter("replay"))
         self._looking: list[Any] = []
@@ -257,10 +257,10 @@ class MonitorNode(WormNode):
 
 def main(args: list[str] | None = None) -> int:
     """Run the node alone."""
-    return run_alone(_said, args, refusals=(BadInput,))
+    return run_alone(_make_node, args, refusals=(BadInput,))
 
 
-def _said() -> MonitorNode:
+def _make_node() -> MonitorNode:
     node = MonitorNode()
     print(f"Monitor: {node.address}", flush=True)
     return node

@@ -19,7 +19,7 @@ from worm_msgs_py.errors import BadInput, BadPicture
 MOST_BROWSERS = 16
 MOST_UNSENT = 100
 """Messages that a browser may be behind, ten seconds' worth; one that is more is dropped."""
-_COMMANDS = 64
+_MOST_COMMANDS = 64
 _HEARTBEAT_S = 15.0
 _GOODBYE_S = 1.0
 _PAGE = Path(__file__).with_name("page")
@@ -96,7 +96,7 @@ class PageServer:
         self, host: str, port: int, token: str = "", past: Callable[[float], bytes] | None = None
     ) -> None:
         self._past = past
-        self.commands: queue.Queue[dict[str, Any]] = queue.Queue(_COMMANDS)
+        self.commands: queue.Queue[dict[str, Any]] = queue.Queue(_MOST_COMMANDS)
         self._browsers: dict[Browser, asyncio.Task[None]] = {}
         self._last_picture: bytes | None = None
         self._one_past = asyncio.Lock()

@@ -3,7 +3,7 @@
 from collections import deque
 
 _WINDOW_S = 3.0
-_MOST = 64
+_MOST_COUNTS = 64
 
 
 class Rate:
@@ -17,12 +17,12 @@ class Rate:
 
     def __init__(self) -> None:
         self.count = 0
-        self._told: deque[tuple[float, int]] = deque(maxlen=_MOST)
+        self._told: deque[tuple[float, int]] = deque(maxlen=_MOST_COUNTS)
 
     def take(self, count: int, now_s: float) -> None:
         """Take the count at this time; a few times a second are enough."""
         self.count = count
-        if not self._told or now_s - self._told[-1][0] >= _WINDOW_S / _MOST:
+        if not self._told or now_s - self._told[-1][0] >= _WINDOW_S / _MOST_COUNTS:
             self._told.append((now_s, count))
 
     def per_s(self, now_s: float) -> float | None:

@@ -37,5 +37,7 @@ class NodeFailed(RuntimeError):  # noqa: N818
     """A node of the graph failed or hangs; its traceback is on stderr."""
 
 
+BAD_INPUT, INCOMPLETE = 2, 1
+"""Exit statuses of all programs: what was given cannot be used; the results are not whole."""
 RUN_AGAIN = "run `worm replay` or `worm analyse` again"
 """The remedy for results that cannot be read."""

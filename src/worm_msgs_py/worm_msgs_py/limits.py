@@ -35,7 +35,7 @@ class Limit:
     def to(self, unit: str) -> "Limit":
         """Return the same limit in another unit of the same kind."""
         scale = _family(self.unit)[self.unit] / _family(self.unit)[unit]
-        return Limit(_tidy(self.low * scale), _tidy(self.high * scale), unit, self.or_zero)
+        return Limit(_rounded(self.low * scale), _rounded(self.high * scale), unit, self.or_zero)
 
     def allows(self, value: float) -> bool:
         """Tell whether a value makes sense; NaN and infinity never do."""
@@ -61,7 +61,7 @@ class Limit:
         for unit, size in family.items():
             meant = value * size / family[self.unit]
             if unit != self.unit and meant and isfinite(meant) and self.allows(meant):
-                return f" (if that is in {unit}, give {_tidy(meant):g})"
+                return f" (if that is in {unit}, give {_rounded(meant):g})"
         return ""
 
 
@@ -69,7 +69,7 @@ def _family(unit: str) -> Mapping[str, float]:
     return next((family for family in _FAMILIES if unit in family), {unit: 1.0})
 
 
-def _tidy(value: float) -> float:
+def _rounded(value: float) -> float:
     return float(f"{value:.12g}")
 
 

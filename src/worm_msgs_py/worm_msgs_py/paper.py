@@ -72,7 +72,7 @@ _BY_EXIT_MM = {
 """Those that the paper gives for a W."""
 
 SAME_WIDTH = 0.08
-"""A calibration gives W to a pixel: a W within this part of one of the paper's is the same."""
+"""A calibration gives W to a pixel: widths that differ by less than this part are of one exit."""
 
 
 def paper_value(name: str, exit_width_mm: float = nan) -> float | None:

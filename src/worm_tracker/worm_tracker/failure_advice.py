@@ -285,11 +285,11 @@ class _StandsOut:
         signal = ground - cv2.GaussianBlur(picture, (3, 3), 0)
         least = settings.least_signal_grey
         dark, bright = (_objects(sign * signal, arena, least, settings) for sign in (1.0, -1.0))
-        dark_area, long_bright = sum(blob.area for blob in dark), _long(bright, settings)
+        dark_area, long_bright = sum(blob.area for blob in dark), _long_blobs(bright, settings)
         bright_area = sum(blob.area for blob in long_bright)
         alike = [
             blob
-            for blob in _long(dark, settings)
+            for blob in _long_blobs(dark, settings)
             if blob.area * settings.most_area_ratio_of_worms > dark[0].area
         ]
         is_bright = bright_area > settings.bright_over_dark * dark_area
@@ -298,7 +298,9 @@ class _StandsOut:
         if (several or not dark) and not is_bright:
             blurred = cv2.GaussianBlur(picture.astype(np.float32), (0, 0), settings.faint_blur_px)
             faint = _objects(ground - blurred, arena, settings.least_faint_grey, settings)
-            joined = [blob for blob in _long(faint, settings) if _holds_all_but_one(blob, alike)]
+            joined = [
+                blob for blob in _long_blobs(faint, settings) if _holds_all_but_one(blob, alike)
+            ]
             is_faint = bool(joined)
         return cls(is_bright, several and not is_faint, is_faint)
 
@@ -323,7 +325,7 @@ def _objects(
     return find_blobs(mask, 128, whole_picture(mask.shape), BlobSettings())
 
 
-def _long(blobs: list[Blob], settings: FailureAdviceSettings) -> list[Blob]:
+def _long_blobs(blobs: list[Blob], settings: FailureAdviceSettings) -> list[Blob]:
     """Return the objects that are long as a worm is."""
     found = []
     for blob in blobs:

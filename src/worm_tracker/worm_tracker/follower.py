@@ -19,25 +19,25 @@ from worm_tracker.midline.body_model import (
     is_nearer_reversed,
     mean_width,
 )
+from worm_tracker.midline.body_residual import (
+    BodyResidualSettings,
+    ObjectMasks,
+    dark_places,
+    unexplained,
+)
 from worm_tracker.midline.contour_midline import (
     ContourMidline,
     ContourMidlineSettings,
     contour_midline,
 )
 from worm_tracker.midline.curve import as_complex, length_of
-from worm_tracker.midline.doubled import DoubledSettings, looks_doubled
-from worm_tracker.midline.explained import ExplainedSettings, dark_places, unexplained
+from worm_tracker.midline.doubled_body import DoubledBodySettings, looks_doubled
 from worm_tracker.midline.refine import RefinedMidline, RefineSettings, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import BackwardPropagation
 from worm_tracker.propagation.body_candidates import PropagationSettings
-from worm_tracker.propagation.propagation import (
-    coiled,
-    darkening_of,
-    observation_of,
-    propagate,
-)
+from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
 from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
 
 
@@ -91,7 +91,7 @@ class FollowerSettings:
     cut_length_over_last: float = 0.97
     """The same over the length a frame before: a stroke takes off no more in a frame."""
     loop_hole_widths2: float = 20.0
-    """Hole, in squared widths, that may be a loop's, not a bubble's, before a worm is known."""
+    """Hole, in squared widths, that is a loop's, not a bubble's."""
     sought_again_frames: int = 4
     """How often a body that was lost in a fold is sought where it was last told."""
     coil_margin_px: int = 24
@@ -100,8 +100,8 @@ class FollowerSettings:
     contour: ContourMidlineSettings = field(default_factory=ContourMidlineSettings)
     refine: RefineSettings = field(default_factory=RefineSettings)
     propagation: PropagationSettings = field(default_factory=PropagationSettings)
-    doubled: DoubledSettings = field(default_factory=DoubledSettings)
-    explained: ExplainedSettings = field(default_factory=ExplainedSettings)
+    doubled: DoubledBodySettings = field(default_factory=DoubledBodySettings)
+    residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
     blobs: BlobSettings = field(default_factory=BlobSettings)
     cutting: DebrisCuttingSettings = field(default_factory=DebrisCuttingSettings)
 
@@ -214,18 +214,18 @@ class Follower:
 
     def _is_part(self, found: RefinedMidline, whole: Detection, view: Detection) -> bool:
         """Tell whether what was cut out of an object is a part of the worm, not all of it."""
-        model, settings = self._track.model, self._settings
-        last = self._track.bodies.last
+        model, last, settings = self._track.model, self._track.bodies.last, self._settings
         width = mean_width(found.widths) if model is None else model.width
         cut_off = np.asarray(whole.object_pixels() & ~view.object_pixels())
         if holds_wormlike_piece(cut_off, width, settings.blobs):
             return True
-        if model is not None:
-            length = length_of(found.points)
-            shrunk = last is not None and length < settings.cut_length_over_last * length_of(last)
-            return shrunk or length < settings.cut_length_over_known * model.length
-        # A loop that was cut open, rather than what hangs on to the worm.
-        return whole.blob.hole_area > settings.loop_hole_widths2 * width**2
+        hole = whole.blob.hole_area / width**2
+        touching = hole > settings.most_hole_widths2 and whole.goes_on_at(found.points, width)
+        if touching or hole > settings.loop_hole_widths2:
+            return True  # a loop that was cut open, rather than what hangs on to the worm
+        last_length = 0.0 if last is None else settings.cut_length_over_last * length_of(last)
+        known_length = 0.0 if model is None else settings.cut_length_over_known * model.length
+        return length_of(found.points) < max(last_length, known_length)
 
     def _contour_body(self, detection: Detection) -> RefinedMidline | None:
         """Return the midline that the object's contour gives; None where it is no simple body."""
@@ -247,9 +247,9 @@ class Follower:
             return None
         step = length_of(found.points) / (len(found.points) - 1)
         folded = lies_near_itself(as_complex(found.points), width, step)
-        explained = settings.explained
-        least = explained.least_dark_widths2 * (1 if folded else explained.dark_open_over_folded)
-        if model and darkening_of(detection, model, least, explained) is not None:
+        residual = settings.residual
+        least = residual.least_dark_widths2 * (1 if folded else residual.dark_open_over_folded)
+        if model and darkening_of(detection, model, least, residual) is not None:
             return None
         seen = found
         if model and log(model.length / length_of(found.points)) > settings.most_log_shortening:
@@ -260,13 +260,13 @@ class Follower:
 
     def _explains_all(self, found: RefinedMidline, detection: Detection, folded: bool) -> bool:
         """Tell whether a body is all of its object, but for debris beside an open one."""
-        settings = self._settings.explained
-        level = found.level
-        dark = dark_places(detection.view.smooth, level, 2 * settings.least_darkening, settings)
+        settings = self._settings.residual
+        least, view = 2 * settings.least_darkening, detection.view
+        dark = dark_places(view.smooth, found.level, least, settings)
         mask = detection.object_pixels()
-        points = detection.view.in_window(found.points)
-        width = mean_width(found.widths)
-        differs = unexplained(mask, dark & mask, points, found.widths, width, settings)
+        points, width = view.in_window(found.points), mean_width(found.widths)
+        masks = ObjectMasks(mask, dark & mask, width, settings)
+        differs = unexplained(masks, points, found.widths)
         if not folded and not differs.wants_near(points[[0, -1]], settings.end_widths * width):
             return differs.in_water + differs.overlap < settings.most_of_contour_body
         most = settings.most_of_folded_body if folded else settings.most_of_contour_body
@@ -343,8 +343,8 @@ class Follower:
         last = bodies.last
         if model is None or last is None:
             return coiled(detection), None
-        least = settings.explained.least_dark_widths2
-        darkening = darkening_of(detection, model, least, settings.explained)
+        least = settings.residual.least_dark_widths2
+        darkening = darkening_of(detection, model, least, settings.residual)
         if darkening is not None:
             model = model.with_darkening(darkening)
             track.learn(model)
@@ -363,7 +363,7 @@ class Follower:
         lost = found.over_limits > settings.propagation.lost_over_limits
         if lost or off > settings.most_log_length_in_fold:
             return coiled(detection), None
-        if found.over_limits > 1:
+        if not found.is_explained:
             return coiled(detection, observation), found
         return observation, found
 

@@ -75,7 +75,7 @@ class _WayBack:
         while self.runs:
             observation = next(self.told[0], None) if self.runs[0].frames else None
             if observation is not None:
-                _tell(self.runs[0].frames.pop(), observation)
+                _learn_from_opening(self.runs[0].frames.pop(), observation)
                 return True
             self.runs.popleft()
             self.told.popleft()
@@ -345,7 +345,7 @@ class FrameQueue:
         return tracked
 
 
-def _tell(pending: PendingFrame, observation: Observation) -> None:
+def _learn_from_opening(pending: PendingFrame, observation: Observation) -> None:
     """Take what the frame that opens a coil tells of it.
 
     Where a coil was followed into, with an end hidden, the surer of both midlines is kept. Where

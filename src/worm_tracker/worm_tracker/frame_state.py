@@ -10,6 +10,7 @@ from worm_msgs_py.contract.body import BodyState, Keypoint, Midline, TrackedFram
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.contract.frames import CAMERA, CHAMBER_A, Where
 from worm_msgs_py.contract.locating import is_in_passage
+from worm_msgs_py.units import MM_PER_M
 from worm_tracker.midline.curve import arc_length
 from worm_tracker.observation import Observation
 
@@ -69,7 +70,7 @@ def tracked_frame(
     geometry = pending.geometry
     points, body, centre = seen.points, seen.has_midline, np.array([seen.u, seen.v])
     chamber, where = locate(geometry, points[0] if body else centre, home)
-    scale = 1e3 * px_per_mm if chamber is None else chamber.px_per_m
+    scale = MM_PER_M * px_per_mm if chamber is None else chamber.px_per_m
     length = float(arc_length(points)[-1]) if body and not any(seen.occluded) else nan
     head_seen = body and not seen.occluded[0]
     head, tail = _tips(seen, chamber, scale)
@@ -98,9 +99,9 @@ def _tips(seen: Observation, chamber: Chamber | None, scale: float) -> tuple[Key
     """Return head and tail of an observation, head first; without coordinates if not seen."""
     points, head, tail = seen.points, Keypoint(), Keypoint()
     if seen.has_midline and not seen.occluded[0]:
-        head = _keypoint(points[0], points[0] - _along(points, 0.1), chamber, scale)
+        head = _keypoint(points[0], points[0] - _point_at(points, 0.1), chamber, scale)
     if seen.has_midline and not seen.occluded[1]:
-        tail = _keypoint(points[-1], _along(points, 0.9) - points[-1], chamber, scale)
+        tail = _keypoint(points[-1], _point_at(points, 0.9) - points[-1], chamber, scale)
     return head, tail
 
 
@@ -137,7 +138,7 @@ def _metres(u, v, chamber: Chamber | None, scale: float):  # type: ignore[no-unt
     return chamber.to_metres(u, v)
 
 
-def _along(points: Floats, part: float) -> Floats:
+def _point_at(points: Floats, part: float) -> Floats:
     """Return the point at a part of the length; the points are at equal steps."""
     at = part * (len(points) - 1)
     k = min(int(at), len(points) - 2)

@@ -6,6 +6,7 @@ from math import hypot, isfinite, nan
 from worm_msgs_py import limits
 from worm_msgs_py.declarations import declare, first_refusal_of
 from worm_msgs_py.errors import TrackerError
+from worm_msgs_py.units import MM_PER_M
 from worm_tracker.polarity import Polarity
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, MEGAPIXELS
 
@@ -121,9 +122,10 @@ class TrackerParameters:
                 "gives it: leave it out, or set no_chamber (--no-chamber)"
             )
         if self.exit_width_m >= 2 * self.radius_m:
+            width_mm, across_mm = self.exit_width_m * MM_PER_M, 2 * self.radius_m * MM_PER_M
             raise TrackerError(
-                f"--exit-width-mm (exit_width_m) is {1e3 * self.exit_width_m:g} mm: an exit is "
-                f"narrower than its chamber, {2e3 * self.radius_m:g} mm across"
+                f"--exit-width-mm (exit_width_m) is {width_mm:g} mm: an exit is narrower than its "
+                f"chamber, {across_mm:g} mm across"
             )
 
     def _check_circles(self) -> None:

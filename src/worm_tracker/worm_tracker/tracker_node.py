@@ -19,8 +19,8 @@ from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.declarations import Declaration, declarations
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.files.corrections import CORRECTIONS, corrections_from_json
+from worm_msgs_py.ros.counting_publisher import Ledger
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW, IMAGE_LIVE, IMAGE_REPLAY, RESULT
 from worm_msgs_py.ros.running import run_alone
 from worm_msgs_py.ros.stream_end import StreamEnd

@@ -33,6 +33,8 @@ class PropagatedBody:
     straighter : float
         How much straighter it would have been in the last frames with two of its strands exchanged
         where they meet, rad².
+    loops_known : bool
+        Whether it is known which way round its loops are passed.
     """
 
     path: BodyPath
@@ -42,11 +44,17 @@ class PropagatedBody:
     end_sd_px: tuple[float, float] = (0.0, 0.0)
     over_limits: float = 0.0
     straighter: float = 0.0
+    loops_known: bool = True
 
     @property
     def points(self) -> Floats:
         """The midline, shape (TRACKED_POINTS, 2)."""
         return self.path.points
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether it explains its object, and no other body does that lies elsewhere."""
+        return self.over_limits <= 1 and self.loops_known
 
 
 @dataclass(frozen=True, eq=False, slots=True)

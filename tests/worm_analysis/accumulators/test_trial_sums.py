@@ -15,7 +15,7 @@ from worm_analysis.accumulators.contact_sensitivity import ContactRule
 from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
 from worm_analysis.accumulators.frame_rows import FrameRows
 from worm_analysis.analysis import Analysis
-from worm_analysis.events.hidden_contact import HiddenContact
+from worm_analysis.events.contact_state import HiddenContact
 from worm_analysis.statistics.block_jackknife import Units
 from worm_analysis.summary.direction_persistence import correlation_curve
 from worm_analysis.summary.estimates import direction, pearson_of

@@ -7,7 +7,7 @@ from escaped_trials import escaped_trial
 from escaping_worm import Worm
 
 from worm_analysis.pooling import Pool, pooled_trial
-from worm_analysis.report.verdicts import beside_paper, trials_differ
+from worm_analysis.report.verdicts import beside_paper, chance, trials_differ
 from worm_analysis.results import read_results
 from worm_msgs_py import Quantity
 
@@ -28,6 +28,14 @@ from worm_msgs_py import Quantity
 )
 def test_a_verdict_is_whether_the_papers_value_lies_in_the_interval(quantity, verdict):
     assert beside_paper(quantity) == verdict
+
+
+@pytest.mark.parametrize(
+    ("p", "words"),
+    [(0.034, "<i>p</i> = 0.034"), (1e-4, "<i>p</i> = 0.0001"), (0.0, "<i>p</i> &lt; 0.0001")],
+)
+def test_no_chance_is_told_to_be_0(p, words):
+    assert chance(p) == words
 
 
 @pytest.fixture(scope="module")

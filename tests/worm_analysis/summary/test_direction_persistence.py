@@ -83,6 +83,17 @@ def test_a_decay_of_two_times_is_told_from_one_exponential_and_its_intervals_hol
     assert told >= 34, "a tail is told in a single trial"
 
 
+def test_visits_of_three_decay_times_tell_a_curve_that_does_not_fall():
+    """One that drops at once and stays: its fit is slow, and no visit lasts four times as long."""
+    rng = np.random.default_rng(9)
+    dropping = [np.where(rng.random(700) < 0.11, -1.0, 1.0) for _ in range(12)]
+    found = units(*dropping)
+    assert persistence_time(*found)[0] > 70.0 / 4
+    assert tail_excess(*found)[1] > 0.2
+    with pytest.raises(NotEnoughData, match="lags of several decay times"):
+        tail_excess(*units(*(telegraph(rng, 50.0, 40.0) for _ in range(12))))
+
+
 def test_the_time_to_one_e_is_where_the_curve_crosses_it():
     found, lag_s = units(with_bursts(np.random.default_rng(3), 3600.0))
     c, _ = correlation_curve(found)

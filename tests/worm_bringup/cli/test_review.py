@@ -14,7 +14,7 @@ from reviewed_trials import small_trial
 
 from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli.app import main
-from worm_bringup.cli.replay_command import replay_command
+from worm_bringup.cli.replay_again import replay_command
 from worm_model.inference.comparison import ModelParameters
 from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES, TrackerParameters
 

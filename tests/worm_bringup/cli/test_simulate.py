@@ -121,6 +121,7 @@ def test_a_deep_film_is_read_back_as_16_bits(worm, tmp_path):
         (["--body-width-mm", 5, "--length-mm", 10], "4 times width_mm = 5"),
         (["--body-width-mm", 5, "--exit-width-mm", 1], "--exit-width-mm is 1: a body 5 mm wide"),
         (["--exposure-ms", 50], "--exposure-ms is 50, longer than a frame: give 33"),
+        (["--model", "walk", "--length-mm", 36], "the passage, which is 35 mm long"),
         (["--bits", 12], "--bits is 12: give 8 or 16"),
         (["--exit-width-mm", 1, "--exit-width-mm", 2], "give --trials, too"),
     ],

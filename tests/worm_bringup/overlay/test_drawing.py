@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_bringup.overlay.drawing import draw_over
-from worm_bringup.overlay.shapes import PALE, Circle, Ink, Polyline, Shapes
+from worm_bringup.overlay.shapes import DOUBTFUL_OPACITY, Circle, Ink, Polyline, Shapes
 
 GREY = np.full((120, 160), 100, np.uint8)
 places = st.tuples(st.floats(30.0, 130.0), st.floats(30.0, 90.0))
@@ -49,9 +49,9 @@ def test_colours_are_those_of_the_ink_and_opencv_has_blue_first():
 
 
 def test_what_is_in_doubt_lets_the_picture_through():
-    dot = Circle(80.0, 60.0, 10.0, Ink("#FFFFFF", PALE), filled=True)
+    dot = Circle(80.0, 60.0, 10.0, Ink("#FFFFFF", DOUBTFUL_OPACITY), filled=True)
     seen = draw_over(GREY, Shapes((dot,)))[60, 80]
-    assert seen == pytest.approx(100 + PALE * 155, abs=1)
+    assert seen == pytest.approx(100 + DOUBTFUL_OPACITY * 155, abs=1)
 
 
 def test_a_hollow_dot_shows_what_lies_under_it():

@@ -6,7 +6,7 @@ from math import hypot, nan
 import numpy as np
 import pytest
 
-from worm_bringup.overlay.shapes import PALE, circle_points, shapes_of
+from worm_bringup.overlay.shapes import DOUBTFUL_OPACITY, circle_points, shapes_of
 from worm_model.simulator.rig import Rig
 from worm_msgs_py import BodyState, Keypoint, Midline, Status
 from worm_msgs_py.colours import (
@@ -99,7 +99,7 @@ def test_a_pose_in_doubt_is_pale_and_says_why(status):
     shapes = shapes_of(replace(STATE, status=status), wave(), RIG.geometry())
     for item in (*shapes.lines, *shapes.circles):
         of_the_rig = item.ink.colour in (WALL_COLOUR, EXIT_COLOUR)
-        assert item.ink.opacity == (1.0 if of_the_rig else PALE)
+        assert item.ink.opacity == (1.0 if of_the_rig else DOUBTFUL_OPACITY)
     assert shapes.text == status.label
 
 

@@ -28,8 +28,8 @@ from worm_msgs_py import (
     convert,
     topics,
 )
+from worm_msgs_py.ros.counting_publisher import Ledger
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW, LATCHED_SET_DEPTH
 from worm_msgs_py.ros.worm_node import WormNode
 

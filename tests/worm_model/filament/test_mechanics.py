@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import solveh_banded
+from wall_distances import wall_distance_mm
 
-from worm_model.filament.mechanics import BAND, solve_band
+from worm_model.filament.mechanics import BAND_DIAGONALS, solve_band
 from worm_model.filament.motion import FilamentMotion, clearance_mm
 from worm_model.filament.parameters import FilamentParameters
 from worm_model.filament.rig import FilamentRig
@@ -21,7 +22,6 @@ from worm_model.filament.strokes import (
     TURN_NOISE,
     UNDULATION_RAD,
 )
-from worm_model.filament.walls import wall_distance_mm
 
 OPEN = FilamentRig(radius_mm=1e6, exit_width_mm=0.0)
 PASSIVE = FilamentParameters(
@@ -64,7 +64,7 @@ def random_noise(steps, seed):
 
 def test_the_band_solver_solves():
     draw = np.random.default_rng(3)
-    band = draw.normal(size=(40, BAND))
+    band = draw.normal(size=(40, BAND_DIAGONALS))
     band[:, 0] = 20.0
     right = draw.normal(size=40)
     expected = solveh_banded(band.T, right, lower=True)

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from wall_distances import wall_distance_mm
 
 from worm_model.filament.compiled import compiled_and_kept, sources_number
 from worm_model.filament.parameters import FilamentParameters, parameter_table
 from worm_model.filament.rig import FilamentRig
 from worm_model.filament.trial import frames, simulate
-from worm_model.filament.walls import wall_distance_mm
 
 WORM, RIG = FilamentParameters(), FilamentRig(exit_width_mm=3.0)
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from wall_distances import wall_distance_mm
 
 from worm_model.filament.rig import FilamentRig
-from worm_model.filament.walls import Walls, push_out, wall_distance_mm
+from worm_model.filament.walls import Walls, push_out
 
 RIG = FilamentRig(exit_width_mm=2.0)
 

@@ -15,8 +15,9 @@ from scipy.stats import kstest
 from worm_model.simulator.film import write_film
 from worm_model.simulator.head_path import HeadPath, Walker
 from worm_model.simulator.rig import Body, Optics, Rig
-from worm_model.simulator.worm import midlines_mm, simulate_film
+from worm_model.simulator.worm import midlines_mm, rounded_body, simulate_film
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.paper import CONTACT_DISTANCE_WIDTHS
 
 RIG = Rig(
     width_px=360, height_px=340, px_per_mm=15.0, centre_px=(170.4, 171.7), optics=Optics(noise=1.0)
@@ -60,35 +61,74 @@ def test_the_body_trails_inside_and_points_where_it_goes():
     assert 0.4 < np.mean([t.contact for t in film]) < 0.8
 
 
-def slides_and_hops(walker, seconds=4000.0, step=0.01):
-    """Distances along the wall of the head's slides and hops, and the excursions of the hops."""
+def slides_and_hops(walker, seconds=1000.0, step=0.01):
+    """Distances along the wall of the head's slides and hops, and the hops' depth past contact."""
     head = HeadPath(walker, 10.0)
     steps = round(seconds / step)
-    theta, off = np.empty(steps), np.empty(steps)
+    theta, depth = np.empty(steps), np.empty(steps)
     for k in range(steps):
-        head.advance(step)
-        theta[k], off[k] = head.theta_rad, head.off_wall_mm
-    free = off > 1e-9
+        head.advance(step, np.copysign(0.6, head.turning or head.lean_rad))
+        theta[k], depth[k] = head.theta_rad, head.depth_mm
+    free = depth > 0.0
     edges = np.flatnonzero(np.diff(free)) + 1
     parts = list(pairwise(edges))
     slides = np.array([10 * abs(theta[b] - theta[a]) for a, b in parts if not free[a]])
     hops = np.array([10 * abs(theta[b] - theta[a]) for a, b in parts if free[a]])
-    excursions = np.array([off[a:b].max() for a, b in parts if free[a]])
-    return slides, hops, excursions
+    excursions = np.array([depth[a:b].max() for a, b in parts if free[a]])
+    return slides, hops, excursions - CONTACT_DISTANCE_WIDTHS * walker.width_mm
 
 
-def test_slides_hops_and_excursions_follow_their_exponential_laws():
-    walker = Walker(seed=5, reversal_per_cycle=0.0)
+@pytest.mark.parametrize(
+    "walker",
+    [
+        Walker(seed=5, reversal_per_cycle=0.0),
+        Walker(seed=6, reversal_per_cycle=0.2, mean_slide_mm=1.0, mean_excursion_mm=0.6),
+    ],
+    ids=["paper", "other"],
+)
+def test_slides_hops_and_excursions_follow_their_exponential_laws(walker):
     slides, hops, excursions = slides_and_hops(walker)
-    assert len(slides) > 1000
+    assert len(slides) > 250
     assert kstest(slides, "expon", args=(0, walker.mean_slide_mm)).pvalue > 0.01
     assert kstest(hops, "expon", args=(0, walker.mean_hop_mm)).pvalue > 0.01
-    cut = 1.0 - np.exp(-4.0 / walker.mean_excursion_mm)
+    assert kstest(excursions, "expon", args=(0, walker.mean_excursion_mm)).pvalue > 0.01
 
-    def law(x):
-        return (1.0 - np.exp(-x / walker.mean_excursion_mm)) / cut
 
-    assert kstest(excursions, law).pvalue > 0.01
+def along(walker, exit_width_mm, fps=5.0):
+    return list(midlines_mm(walker, 10.0, 80.0, fps, exit_width_mm))
+
+
+@pytest.mark.parametrize("exit_width_mm", [0.5, 3.0])
+def test_a_worm_that_meets_the_exit_goes_through_it_without_a_touch(exit_width_mm):
+    rig = Rig(exit_width_mm=exit_width_mm)
+    lines = along(Walker(seed=3), exit_width_mm)
+    assert len(lines) < 400
+    assert 10.0 < lines[-1][-1, 0] < 11.0
+    assert lines[-1][0, 0] < 45.0
+    assert abs(lines[-1][0, 1]) < 1e-9
+    for before, line in pairwise(lines):
+        assert np.hypot(*(line[0] - before[0])) < 1.5
+        u, v = rig.chambers[0].to_pixels(line[:, 0] * 1e-3, line[:, 1] * 1e-3)
+        centres, radius = rounded_body(np.c_[u, v], 0.4 * rig.px_per_mm).discs()
+        assert (rig.wall_distance_px(*centres.T) + radius).max() < 0.0
+
+
+def test_behind_the_wall_s_line_the_worm_follows_its_head_at_v_w():
+    lines = [line for line in along(Walker(seed=3, speed_mm_s=3.0), 3.0) if line[0, 0] > 10.5]
+    way = np.array([np.hypot(*(b[0] - a[0])) for a, b in pairwise(lines)])
+    np.testing.assert_allclose(way * 5.0, 3.0, rtol=0.01)
+    path = np.concatenate([line[0] for line in lines]).reshape(-1, 2)
+    for line in lines[-3:]:
+        inside = line[line[:, 0] > path[0, 0]]
+        np.testing.assert_allclose(inside[:, 1], np.interp(inside[:, 0], *path.T), atol=0.05)
+
+
+@pytest.mark.parametrize("exit_width_mm", [0.0, 0.4])
+def test_an_exit_as_narrow_as_the_body_is_wall(exit_width_mm):
+    lines = along(Walker(seed=3), exit_width_mm, fps=1.0)
+    heads = np.unwrap([np.arctan2(*line[0, ::-1]) for line in lines])
+    assert len(lines) == 80
+    assert np.diff(np.floor(heads / (2.0 * np.pi))).any()
 
 
 def test_a_film_is_a_bag_with_its_truth_beside_it(tmp_path):
@@ -128,7 +168,13 @@ def test_a_film_does_not_overwrite_and_leaves_no_half(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"speed_mm_s": 0.0}, {"length_mm": float("nan")}, {"reversal_per_cycle": 1.5}]
+    "wrong",
+    [
+        {"speed_mm_s": 0.0},
+        {"length_mm": float("nan")},
+        {"reversal_per_cycle": 1.5},
+        {"mean_excursion_mm": 2.0, "mean_hop_mm": 0.3},
+    ],
 )
 def test_a_worm_that_makes_no_sense_is_refused(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):

@@ -23,6 +23,8 @@ from crawling_worm import (
 
 from worm_model.simulator.rig import Rig, draw
 from worm_msgs_py import Status
+from worm_tracker.calibration import rig_monitor
+from worm_tracker.calibration.motion_detector import MotionDetector
 from worm_tracker.calibration.rig_monitor import RigMonitorSettings
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker, TrackerSettings
@@ -298,3 +300,14 @@ def frames_of_two_looks(pictures):
     for frame, picture in enumerate(pictures[1:], 1):
         tracker.push(picture, frame * FRAME_NS)
     return first, tracker.geometry
+
+
+def test_an_alarm_of_a_rig_that_stands_still_costs_no_search(monkeypatch):
+    pictures, _ = bumped_film(SMALL_RIG, SMALL_RIG, 0, 8)
+    tracker = Tracker(TrackerParameters())
+    tracker.push(pictures[0], 0)
+    monkeypatch.setattr(MotionDetector, "moved", lambda *_: True)
+    monkeypatch.setattr(rig_monitor, "fit_circle", lambda *_: pytest.fail("it is looked for"))
+    for k, picture in enumerate(pictures[1:], start=1):
+        tracker.push(picture, k * FRAME_NS)
+    assert not tracker.changes

@@ -43,31 +43,32 @@ def tip_errors(given, truth):
 
 
 @pytest.mark.parametrize(
-    ("scene", "median_px"),
+    ("scene", "head_px", "centroid_px"),
     [
-        ("flicker", 0.5),
-        ("light_drift", 0.5),
-        ("uneven_light", 0.5),
-        ("bubbles", 0.5),
-        ("reflection", 0.5),
+        ("flicker", 0.5, 0.3),
+        ("light_drift", 0.5, 0.3),
+        ("uneven_light", 0.5, 0.3),
+        ("bubbles", 0.5, 0.3),
+        # The mirror image lies beside the body for half of its length, and darkens that flank.
+        ("reflection", 0.5, 0.5),
         # The wall cuts off the head's outer flank: what is seen of its end lies farther in.
-        ("along_the_wall", 1.0),
+        ("along_the_wall", 1.0, 0.3),
     ],
 )
-def test_the_head_stays_below_a_pixel(scene, median_px):
+def test_the_head_stays_below_a_pixel(scene, head_px, centroid_px):
     tracker, given, truth = followed(scene)
     heads = tip_errors(given, truth)
     # The walks begin in a coil, 0.3 s long, before anything is known of the worm.
     tracked = [each.state.status is Status.TRACKED for each in given]
     assert all(tracked[5:])
-    assert np.median(heads) <= median_px
+    assert np.median(heads) <= head_px
     assert np.quantile(heads, 0.95) <= 1.5
     centroids = [
         off(tracked.state.centroid, true, "centroid")
         for tracked, true in zip(given, truth, strict=True)
         if tracked.state.status is Status.TRACKED
     ]
-    assert np.median(centroids) <= 0.3
+    assert np.median(centroids) <= centroid_px
     assert all(change.motion is None for change in tracker.changes), "nothing was bumped"
     for tracked, true in zip(given, truth, strict=True):
         if tracked.state.status is Status.TRACKED:

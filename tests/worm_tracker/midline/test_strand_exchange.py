@@ -6,7 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings, exchanged_strands
+from worm_tracker.midline.strand_exchange import (
+    StrandExchangeSettings,
+    doubtful_loops,
+    exchanged_strands,
+)
 
 WIDTH = 15.0
 SETTINGS = StrandExchangeSettings()
@@ -52,6 +56,24 @@ def test_a_body_with_two_kinks_where_its_strands_meet_is_passed_the_other_way_ro
     assert gain > 1.0
     assert worst(found.curve, straight) < 0.6
     assert exchanged_strands(found, WIDTH, SETTINGS) == (None, 0.0)
+
+
+@given(heading=HEADINGS, radius_widths=st.floats(1.0, 4.0))
+def test_a_loop_is_in_doubt_by_its_breadth_where_the_other_way_round_is_straighter(
+    heading, radius_widths
+):
+    straight, kinked = sorted(loop(heading, radius_widths), key=bends)
+    assert doubtful_loops(path_through(straight), WIDTH, SETTINGS) == []
+    breadths = doubtful_loops(path_through(kinked), WIDTH, SETTINGS)
+    assert breadths
+    assert max(breadths) == pytest.approx(2 * radius_widths * WIDTH, rel=0.2)
+
+
+def test_a_loop_no_broader_than_the_body_leaves_none_of_it_a_width_off():
+    kinked = max(loop(0.0, radius_widths=2.0), key=bends)
+    narrow = 0.2 * kinked.imag + 1j * kinked.real
+    assert doubtful_loops(path_through(kinked), WIDTH, SETTINGS)
+    assert doubtful_loops(path_through(narrow), WIDTH, SETTINGS) == []
 
 
 def bends(line):

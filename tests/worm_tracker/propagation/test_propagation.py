@@ -13,9 +13,10 @@ from worm_model.evaluation.distances import as_given_rms, resampled
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
-from worm_tracker.midline.path import BodyPath
+from worm_tracker.midline.body_residual import ObjectMasks
+from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.propagation.body_candidates import PropagationSettings
+from worm_tracker.propagation.body_candidates import CandidateSearch, PropagationSettings
 from worm_tracker.propagation.propagation import observation_of
 from worm_tracker.tracker import Tracker
 from worm_tracker.worm_track import PropagatedBody
@@ -95,6 +96,68 @@ def test_a_loop_waits_for_no_longer_than_it_may_and_its_centroid_is_that_of_its_
     _, given = tracked(pictures, hold_back_frames=4)
     assert {one.state.status for one in given} == {Status.COILED}
     assert max(centroid_errors(given, truth)) < 0.5
+
+
+def kinked_loop(radius_widths, width):
+    """Return a body that turns back by two kinks where to cross itself were straight."""
+    r = radius_widths * width
+    angle = np.linspace(-0.75 * np.pi, 0.75 * np.pi, 80)
+    leg = 6 * width * np.linspace(1.0, 0.05, 40)
+    into, out = (-leg * np.exp(1j * sign * np.pi / 4) for sign in (1, -1))
+    return BodyPath(evenly(np.r_[into, np.sqrt(2) * r + r * np.exp(1j * angle), out[::-1]], 240))
+
+
+def search_after(path, width, frames, loops_known):
+    """Return the search for a body in a picture so many frames after one, at the same place."""
+    last = PropagatedBody(path, 0.95, 0.95, loops_known=loops_known)
+    nothing, settings = np.zeros((9, 9), np.uint8), PropagationSettings()
+    model = BodyModel(
+        length=path.length,
+        width=width,
+        area=200.0,
+        level=100.0,
+        half_height_width=width,
+        widths=np.full(65, width),
+        levels=np.full(65, 100.0),
+        gain=1.0,
+        settings=BodyModelSettings(),
+        first_length=path.length,
+    )
+    seen = ObjectMasks(nothing, None, width, settings.residual)
+    return CandidateSearch(nothing, seen, model.levels, 0j, model, last, path, frames, settings)
+
+
+@pytest.mark.parametrize(
+    ("radius_widths", "frames", "was_known", "is_known"),
+    [
+        pytest.param(2.5, 1, True, True, id="open since it was known"),
+        pytest.param(2.5, 1, False, False, id="never known"),
+        pytest.param(2.5, 2, True, False, id="not followed meanwhile"),
+        pytest.param(0.8, 1, True, False, id="its strands may have crossed unseen"),
+    ],
+)
+def test_a_loop_that_the_other_way_round_is_straighter_is_told_where_it_was_known_and_followed(
+    radius_widths, frames, was_known, is_known
+):
+    width = 15.0
+    path = kinked_loop(radius_widths, width)
+    search = search_after(path, width, frames, was_known)
+    known = search.loops_known(path)
+    assert known is is_known
+    assert replace(search.body, loops_known=known).is_explained is is_known
+
+
+@pytest.mark.parametrize("was_known", [True, False])
+def test_a_loop_that_is_straighter_as_it_is_is_known_by_itself(was_known):
+    width = 15.0
+    arcs = laid([(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)], width)
+    crossing = BodyPath(evenly(arcs, 240))
+    assert search_after(crossing, width, 1, was_known).loops_known(crossing)
+
+
+def test_a_body_that_leaves_something_over_is_not_told_whatever_is_known_of_its_loops():
+    body = PropagatedBody(kinked_loop(2.5, 15.0), 0.95, 0.95, over_limits=1.2, loops_known=True)
+    assert not body.is_explained
 
 
 @pytest.mark.parametrize(("longer", "status"), [(0.0, Status.FOLDED), (2.0, Status.END_HIDDEN)])

@@ -6,7 +6,8 @@ from worm_analysis.accumulators.bins import BODY_BINS, BODY_LENGTH_BIN_M, BODY_W
 from worm_analysis.statistics.block_jackknife import BlockSums
 from worm_msgs_py.arrays import Floats
 
-AT_ONCE = 1024
+FRAMES_AT_ONCE = 1024
+"""Frames are added so many together: an array costs less than its numbers one by one."""
 
 
 class BodySums:
@@ -25,7 +26,7 @@ class BodySums:
         """Take a frame; NaN is left out."""
         self._stamps.append(stamp_ns)
         self._sizes.append((length_m, width_m))
-        if len(self._stamps) >= AT_ONCE:
+        if len(self._stamps) >= FRAMES_AT_ONCE:
             self.flush()
 
     def flush(self) -> None:

@@ -12,8 +12,8 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py.arrays import Floats, Integers, Mask
 from worm_msgs_py.units import NS_PER_S
 
-FACTORS = (0.5, 1.5, 2.0, 3.0)
-RELEASES = (1.5, 2.0)
+OTHER_THRESHOLDS, RELEASE_THRESHOLDS = (0.5, 1.5, 2.0, 3.0), (1.5, 2.0)
+"""Over the one that is set: where a contact begins, and where it ends."""
 SHORTEST_EPISODES_S = (0.1, 0.2)
 
 
@@ -48,11 +48,11 @@ def threshold_rules(parameters: AnalysisParameters) -> tuple[ContactRule, ...]:
         ContactRule(
             f"contact_factor_{contact * part:.4g}", contact * part, release * part, shortest_s
         )
-        for part in (1.0, *FACTORS)
+        for part in (1.0, *OTHER_THRESHOLDS)
     ]
     rules += [
         ContactRule(f"release_factor_{contact * part:.4g}", contact, contact * part, shortest_s)
-        for part in RELEASES
+        for part in RELEASE_THRESHOLDS
     ]
     rules += [
         ContactRule(f"min_episode_s_{time_s:.4g}", contact, release, time_s)

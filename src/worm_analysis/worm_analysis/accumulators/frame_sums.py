@@ -131,7 +131,7 @@ class FrameSums:
 
     def histogram(self, name: str) -> Integers:
         """Return the counts of one of the histograms."""
-        counts: Integers = np.rint(self._blocks.total(_columns(name))).astype(np.int64)
+        counts: Integers = np.rint(self._blocks.total(_columns_of(name))).astype(np.int64)
         return counts
 
     def distributions(self) -> list[Distribution]:
@@ -150,7 +150,7 @@ class FrameSums:
     def sums(self) -> dict[str, Floats]:
         """Return the sums behind each quantity by blocks of time, the number of items first."""
         rows = self._blocks.rows()
-        frames = {name: rows[:, _columns(name)] for name in ("r_h", "r_c", "r_t", "psi_b")}
+        frames = {name: rows[:, _columns_of(name)] for name in ("r_h", "r_c", "r_t", "psi_b")}
         directions = rows[:, [_AT["sin_psi_b"], _AT["cos_psi_b"]]]
         with_body = frames["psi_b"].sum(axis=1, keepdims=True)
         return frames | {
@@ -170,5 +170,5 @@ def _bins(name: str, position: Floats) -> NDArray[np.intp]:
     return np.where(inside, _STARTS[name] + whole, -1)
 
 
-def _columns(name: str) -> slice:
+def _columns_of(name: str) -> slice:
     return slice(_STARTS[name], _STARTS[name] + _SIZES[name])

@@ -8,7 +8,7 @@ from worm_analysis.statistics.thinned_points import ThinnedPoints
 from worm_msgs_py.arrays import Floats, Integers
 from worm_msgs_py.units import NS_PER_S
 
-FULL = 0.9
+LEAST_WINDOW_SEEN = 0.9
 """A window of which less than this part was seen is left out."""
 
 
@@ -70,7 +70,7 @@ class SpeedLaw:
 
     def close(self) -> None:
         """End the window that is open."""
-        if self._last_ns - self._first_ns >= FULL * self._window_ns:
+        if self._last_ns - self._first_ns >= LEAST_WINDOW_SEEN * self._window_ns:
             v, n_left, left, n_right, right = self._sums
             s = n_left * np.sin(left / max(n_left, 1.0))
             s += n_right * np.sin(right / max(n_right, 1.0))

@@ -14,9 +14,9 @@ from worm_analysis.accumulators.episode_sums import EpisodeSums
 from worm_analysis.accumulators.frame_rows import FrameRows, Frames
 from worm_analysis.accumulators.frame_sums import FrameSums
 from worm_analysis.accumulators.swimming_speed import SpeedLaw
+from worm_analysis.events.contact_state import HiddenContact, ResolvedFrame
 from worm_analysis.events.contacts import Approach, ClosedEpisode, ContactEpisodes
 from worm_analysis.events.excursion_depth import RadiusNoise
-from worm_analysis.events.hidden_contact import HiddenContact, ResolvedFrame
 from worm_analysis.kinematics.angular_speed import AngularSpeed
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import EpisodeKind, Observables

@@ -4,8 +4,8 @@ from collections import deque
 from dataclasses import dataclass, field
 from math import inf, nan
 
+from worm_analysis.events.contact_state import ResolvedFrame
 from worm_analysis.events.excursion_depth import ExcursionDepth, RadiusNoise
-from worm_analysis.events.hidden_contact import ResolvedFrame
 from worm_analysis.kinematics.observables import incidence_angle
 from worm_msgs_py import Episode, EpisodeKind
 from worm_msgs_py.units import NS_PER_S

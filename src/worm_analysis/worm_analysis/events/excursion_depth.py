@@ -9,7 +9,8 @@ from scipy.ndimage import uniform_filter1d
 
 from worm_msgs_py.arrays import Floats
 
-AGAIN = 16
+NOISE_ROWS = 16
+"""Times that noise is added again; their mean is what noise adds to the largest depth."""
 FRAMES_A_PIECE = 1024
 """A longer excursion is looked at in pieces of so many frames."""
 SMOOTHED_PART = 2 / 3
@@ -90,7 +91,7 @@ class ExcursionDepth:
 @lru_cache(maxsize=4)
 def _unit_noise(kept: float) -> Floats:
     """Return rows of noise of unit deviation, always the same ones."""
-    noise = np.random.default_rng(1).normal(size=(AGAIN, FRAMES_A_PIECE))
+    noise = np.random.default_rng(1).normal(size=(NOISE_ROWS, FRAMES_A_PIECE))
     noise[:, 0] /= sqrt(1 - kept * kept)
     noise *= sqrt(1 - kept * kept)
     for k in range(1, FRAMES_A_PIECE):  # scipy.signal would load 20 MiB for this line

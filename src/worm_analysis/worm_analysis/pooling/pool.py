@@ -16,8 +16,10 @@ from worm_analysis.summary.sums import Sums, TrialSums
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import RUN_AGAIN, ReportError
+from worm_msgs_py.paper import SAME_WIDTH
 
-SAME_EXIT, PIXEL_MM = 0.08, 0.03
+PIXEL_MM = 0.03
+"""Exits whose widths differ by no more are one exit, however narrow: a pixel or so."""
 SAME_RADIUS = 0.01
 """Chambers whose radii differ by less than this part are of one size."""
 RULE = "advance_at_"
@@ -54,7 +56,7 @@ def group_widths_mm(exit_widths_mm: Sequence[float]) -> list[float]:
     """
     groups: list[list[float]] = []
     for width_mm in sorted(width for width in exit_widths_mm if isfinite(width) and width > 0):
-        if not groups or width_mm - groups[-1][0] > max(SAME_EXIT * width_mm, PIXEL_MM):
+        if not groups or width_mm - groups[-1][0] > max(SAME_WIDTH * width_mm, PIXEL_MM):
             groups.append([])
         groups[-1].append(width_mm)
     mean_of = {width: round(float(np.mean(group)), 3) for group in groups for width in group}

@@ -90,12 +90,12 @@ def pooled_trial(results: Results, name: str = "", directory: str = "") -> Poole
         provenance=results.provenance,
         lag_s=np.empty(0) if correlation is None else correlation.lag_s,
         sums=results.sums,
-        points=_events(results) | _motion(results) | _searches(results),
+        points=_event_points(results) | _motion(results) | _searches(results),
         source_events=tuple(results.told),
     )
 
 
-def _events(results: Results) -> dict[str, Floats]:
+def _event_points(results: Results) -> dict[str, Floats]:
     """Return lengths of complete episodes, τ_h, θ_h⁰ and x_p of the failed attempts."""
     contacts, passages = results.contacts, results.passages
     complete, touching = contacts["complete"] == 1.0, contacts["kind"] == "contact"

@@ -38,7 +38,7 @@ def drawn_panels(panels: Iterable[Any], folder: Path, provenance: Mapping[str, A
             if panel.figure is not None:
                 # It has found its layout: with an engine it would be drawn once more for each file.
                 panel.figure.set_layout_engine(None)
-                _write(panel, folder, provenance)
+                _write_formats(panel, folder, provenance)
             found.append((panel, svg))
     drawn = {panel.key for panel, svg in found if svg}
     for old in (*folder.glob("fig-*.svg"), *folder.glob("fig-*.pdf")):
@@ -47,10 +47,10 @@ def drawn_panels(panels: Iterable[Any], folder: Path, provenance: Mapping[str, A
     return found
 
 
-def _write(panel: Any, folder: Path, provenance: Mapping[str, Any]) -> None:
+def _write_formats(panel: Any, folder: Path, provenance: Mapping[str, Any]) -> None:
     folder.mkdir(exist_ok=True)
     made_by = f"{provenance.get('software') or ''} {provenance.get('version') or ''}".strip()
-    sources = "; ".join(_source(trial) for trial in provenance["trials"])
+    sources = "; ".join(_source_in_words(trial) for trial in provenance["trials"])
     said = f"{panel.n}. {panel.alt} Trials: {sources}".replace("\u00a0", " ")
     about = {"Title": panel.title, "Creator": printable(made_by)}
     for kind, more in (
@@ -61,7 +61,7 @@ def _write(panel: Any, folder: Path, provenance: Mapping[str, Any]) -> None:
             panel.figure.savefig(unfinished, format=kind, metadata=about | more)
 
 
-def _source(trial: Mapping[str, Any]) -> str:
+def _source_in_words(trial: Mapping[str, Any]) -> str:
     source = trial["source"] or {}
     name = source_name({"source": source})
     return f"{name} (SHA-256 {source['sha256']})" if source.get("sha256") else name

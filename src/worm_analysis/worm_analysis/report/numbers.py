@@ -4,9 +4,9 @@ from math import floor, isfinite, log10
 
 from worm_msgs_py import Quantity
 
-SMALL = 1e-4
+LEAST_IN_PLAIN = 1e-4
 """A number without an interval below this is written as a power of ten."""
-ROUNDING = 1e-12
+ROUNDING_PART = 1e-12
 """An interval that is a smaller part of the value is rounding, and none."""
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -19,7 +19,7 @@ def decimals_for(value: float, low: float | None = None, high: float | None = No
     """
     ends = [end for end in (low, high) if end is not None]
     half = min((abs(end - value) for end in ends if end != value), default=0.0)
-    if half > ROUNDING * abs(value) and isfinite(half):
+    if half > ROUNDING_PART * abs(value) and isfinite(half):
         return max(0, 1 - floor(log10(half)))
     if value == 0 or not isfinite(value):
         return 0
@@ -74,7 +74,7 @@ def value(quantity: Quantity) -> str:
     """Write the value with the digits that its interval supports."""
     if quantity.value is None:
         return "–"
-    if quantity.low is quantity.high is None and 0 < abs(quantity.value) < SMALL:
+    if quantity.low is quantity.high is None and 0 < abs(quantity.value) < LEAST_IN_PLAIN:
         power = floor(log10(abs(quantity.value)))
         return f"{written(quantity.value / 10.0**power, 1)}·10{str(power).translate(_RAISED)}"
     return written(quantity.value, decimals_for(quantity.value, quantity.low, quantity.high))

@@ -68,7 +68,7 @@ def trial_panels(results: Results) -> list[Panel]:
         *(make(data) for make in _POSITIONS),
         *examples,
         *(make(data) for make in (*_MOTION, *_MEMORY, penetration_depths, sensitivity)),
-        *_model(results),
+        *_model_panels(results),
         statuses(results),
     ]
 
@@ -79,10 +79,10 @@ def _is_short(results: Results) -> bool:
 
 def single_panels(results: Results) -> list[Panel]:
     """Return what a single trial's report has beyond a pool's and its opening."""
-    return [*_model(results), statuses(results)]
+    return [*_model_panels(results), statuses(results)]
 
 
-def _model(results: Results) -> list[Panel]:
+def _model_panels(results: Results) -> list[Panel]:
     """Return what the boundary walk says beside a trial."""
     return [make(results) for make in (model_comparison, joint_question, forecasts)]
 

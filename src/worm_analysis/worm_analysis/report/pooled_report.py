@@ -26,7 +26,7 @@ from worm_msgs_py import Comparison
 from worm_msgs_py.errors import RUN_AGAIN, ReportError
 from worm_msgs_py.files.whole_files import whole_file
 
-EXAMPLES = 3
+EXAMPLE_TRIALS = 3
 Walks = Callable[[Pool], tuple[WalkPrediction, ...]]
 Compare = Callable[[Pool, Sequence[Path]], Mapping[float, Comparison]]
 """From the pool and its trials' directories to the walk beside the trials of each W."""
@@ -76,16 +76,16 @@ def write_pooled_report(
         Where a trial is incomplete, damaged, without a chamber, or there twice; all of them are
         named. A pool that leaves some out unasked would not be what it says.
     """
-    pool, shown = _read(directories, progress)
+    pool, shown = _read_trials(directories, progress)
     # Drawing is slow to import, and most users of this package draw nothing.
     from worm_analysis.report.report_data import of_pool
 
     data = of_pool(pool, walks(pool), compare(pool, directories))
     single = read_results(directories[0]) if len(directories) == 1 else None
-    document = _document(data, software or {})
+    document = _summary_of(data, software or {})
     opening, panels = _panels(data, shown, single, directories[0])
     drawn = drawn_panels([*opening, *panels], out / FIGURES_FOLDER, document["provenance"])
-    _write_tables(data, drawn, out / "tables")
+    _write_pool_tables(data, drawn, out / "tables")
     page, path = _render(data, drawn, len(opening), single, document), out / "report.html"
     path.write_text(page, encoding="utf-8", newline="\n")
     text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
@@ -111,7 +111,7 @@ def _panels(
         return opening, others
 
 
-def _read(
+def _read_trials(
     directories: Sequence[Path], progress: Callable[[int, int], None]
 ) -> tuple[Pool, list[_Candidate]]:
     trials, shown, bad = [], [], []
@@ -152,7 +152,9 @@ def _examples(shown: list[_Candidate]) -> list[Any]:
     from worm_analysis.report.figures.time_traces import Example
 
     ranked = sorted(shown, key=lambda item: item.reversals)
-    places = sorted({round(k * (len(ranked) - 1) / (EXAMPLES - 1)) for k in range(EXAMPLES)})
+    places = sorted(
+        {round(k * (len(ranked) - 1) / (EXAMPLE_TRIALS - 1)) for k in range(EXAMPLE_TRIALS)}
+    )
     found = []
     for item in [ranked[place] for place in places] if ranked else []:
         results = read_results(item.directory)
@@ -160,13 +162,13 @@ def _examples(shown: list[_Candidate]) -> list[Any]:
     return found
 
 
-def _document(data: Any, software: Mapping[str, str]) -> dict[str, Any]:
+def _summary_of(data: Any, software: Mapping[str, str]) -> dict[str, Any]:
     """Return `summary.json`: the numbers, all trials, what the walks were run with."""
     pool = data.pool
     document = {
-        "quantities": {name: _entry(found) for name, found in pool.numbers.items()},
+        "quantities": {name: _number_as_json(found) for name, found in pool.numbers.items()},
         "by_width": {
-            f"{part.width_mm:g}": {name: _entry(found) for name, found in numbers.items()}
+            f"{part.width_mm:g}": {name: _number_as_json(found) for name, found in numbers.items()}
             for part, numbers in data.by_width
         },
         "walks": [
@@ -181,8 +183,8 @@ def _document(data: Any, software: Mapping[str, str]) -> dict[str, Any]:
                     "source": trial.provenance.get("source"),
                     "version": trial.provenance.get("version"),
                     "parameters": trial.provenance.get("parameters"),
-                    "W_mm": _finite(width_mm),
-                    "measured_W_mm": _finite(trial.exit_width_mm),
+                    "W_mm": _number_or_none(width_mm),
+                    "measured_W_mm": _number_or_none(trial.exit_width_mm),
                     "R_mm": trial.radius_mm,
                     "frames": trial.frames,
                     "seconds": trial.seconds,
@@ -195,7 +197,7 @@ def _document(data: Any, software: Mapping[str, str]) -> dict[str, Any]:
     return document
 
 
-def _entry(pooled: Pooled) -> dict[str, Any]:
+def _number_as_json(pooled: Pooled) -> dict[str, Any]:
     quantity = pooled.quantity
     entry = {
         "value": quantity.value, "low": quantity.low, "high": quantity.high, "n": quantity.n,
@@ -205,18 +207,18 @@ def _entry(pooled: Pooled) -> dict[str, Any]:
     return entry if quantity.value is not None else {**entry, "why": quantity.why}
 
 
-def _finite(value: float) -> float | None:
+def _number_or_none(value: float) -> float | None:
     return value if value == value else None
 
 
-def _write_tables(data: Any, drawn: list[Drawn], folder: Path) -> None:
+def _write_pool_tables(data: Any, drawn: list[Drawn], folder: Path) -> None:
     """Write what each figure shows, every number of every W, and the list of trials."""
     for panel, _ in drawn:
         write_tables(panel, folder)
     rows = [("all", found) for found in data.pool.numbers.values()]
     for part, numbers in data.by_width:
         rows += [(f"{part.width_mm:g}", found) for found in numbers.values()]
-    entries = [{"W_mm": w, "quantity": p.quantity.name, **_entry(p)} for w, p in rows]
+    entries = [{"W_mm": w, "quantity": p.quantity.name, **_number_as_json(p)} for w, p in rows]
     names = ("W_mm", "quantity", "value", "low", "high", "unit", "n", "trials", "interval_by",
              "paper", "why")  # fmt: skip
     write_csv(folder / "numbers.csv", {n: [e.get(n) for e in entries] for n in names})

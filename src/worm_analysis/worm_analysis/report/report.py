@@ -74,7 +74,7 @@ def render(results: Results, picture: TrialPicture | None, figures: Path) -> str
         .render(
             **trial_context(results),
             name=source_name(results.provenance),
-            source=_source(results.provenance),
+            source=_source_rows(results.provenance),
             noted=_noted(results.provenance),
             parameters=results.provenance.get("parameters") or {},
             opening=drawn[: len(opening)],
@@ -112,7 +112,7 @@ def templates() -> Environment:
     found = Environment(
         loader=PackageLoader("worm_analysis.report", "."),
         autoescape=True,
-        finalize=_shown,
+        finalize=_text_for_page,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -136,7 +136,7 @@ def templates() -> Environment:
     return found
 
 
-def _shown(value: Any) -> Any:
+def _text_for_page(value: Any) -> Any:
     """Return text as it can stand in a page: no control characters, no halves of characters."""
     return printable(value) if type(value) is str else value
 
@@ -158,7 +158,7 @@ def trial_context(results: Results) -> dict[str, Any]:
         "frames": frame_counts(results),
         "seconds": float(results.t_s[-1]) if len(results.t_s) else 0.0,
         "frame_rate": _frame_rate(results),
-        "events": _events(results),
+        "events": _event_counts(results),
         "source_events": results.told,
         "comparison": rows,
         "own": own,
@@ -182,7 +182,7 @@ def frame_counts(results: Results) -> list[tuple[str, int, str]]:
     return sorted(found, key=lambda item: (item[0] != "tracked", -item[1], item[0]))
 
 
-def _source(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _source_rows(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:
     source = provenance.get("source") or {}
     return [
         (SOURCES.get(key) or symbols.setting_in_words(key), str(value))
@@ -206,7 +206,7 @@ def _frame_rate(results: Results) -> float | None:
     return (frames - 1) / float(results.t_s[-1]) if frames > 1 and results.t_s[-1] > 0 else None
 
 
-def _events(results: Results) -> list[str]:
+def _event_counts(results: Results) -> list[str]:
     kind, record = results.contacts["kind"], results.passages["record"]
     return [
         _several(int((kind == "contact").sum()), "contact", "s with the wall"),

@@ -26,7 +26,7 @@ UNITS_IN_NAMES = {"deg": "°", "mib": "MiB", "mm_s": "mm/s"}
 
 def html_symbol(name: str) -> str:
     """Return a quantity's symbol as HTML; its name in words where it has none."""
-    return _of(name, 0, name.replace("_", " "))
+    return _symbol_of(name, 0, name.replace("_", " "))
 
 
 def spoken(name: str) -> str:
@@ -36,12 +36,12 @@ def spoken(name: str) -> str:
 
 def plain_symbol(name: str) -> str:
     """Return a quantity's symbol for a figure; its name where it has none."""
-    return _of(name, 1, name.replace("_", " "))
+    return _symbol_of(name, 1, name.replace("_", " "))
 
 
 def meaning(name: str) -> str:
     """Return what a quantity is, as HTML; empty where that is not known here."""
-    return _of(name, 2, "")
+    return _symbol_of(name, 2, "")
 
 
 def is_known(name: str) -> bool:
@@ -72,7 +72,7 @@ def choice_in_words(choice: object) -> str:
     return text.replace("_", " ") if re.fullmatch(r"[a-z]+(_[a-z]+)+", text) else text
 
 
-def _of(name: str, column: int, other: str) -> str:
+def _symbol_of(name: str, column: int, other: str) -> str:
     own, rule = under_rule(name)
     if own not in SYMBOLS:
         return other

@@ -10,7 +10,7 @@ from statistics import NormalDist
 
 from worm_analysis.pooling import Pool
 from worm_analysis.pooling.pool import WITHIN_TRIALS
-from worm_analysis.report.numbers import plain, with_interval
+from worm_analysis.report.numbers import LEAST_IN_PLAIN, plain, with_interval
 from worm_analysis.report.panel import number_of
 from worm_analysis.report.symbols import html_symbol
 from worm_analysis.summary.quantities import DEFINITIONS
@@ -84,8 +84,8 @@ def trials_differ(pool: Pool, name: str) -> str:
     if not p < REJECTED:
         return ""
     return (
-        f"The trials differ by more than their own intervals allow (Cochran’s test, <i>p</i> = "
-        f"{plain(p, 2)}): the interval is too narrow"
+        f"The trials differ by more than their own intervals allow (Cochran’s test, "
+        f"{chance(p)}): the interval is too narrow"
     )
 
 
@@ -106,14 +106,22 @@ def beside_paper(quantity: Quantity) -> str:
     return f"{side} the paper’s, {plain(quantity.value / quantity.paper, 2)} times as large"
 
 
+def chance(p: float) -> str:
+    """Write how probable a fit as bad would be by chance; none is told to be 0."""
+    return (
+        f"<i>p</i> = {plain(p, 2)}"
+        if p >= LEAST_IN_PLAIN
+        else f"<i>p</i> &lt; {LEAST_IN_PLAIN:.4f}"
+    )
+
+
 def not_exponential(quantity: Quantity, p: Quantity) -> str:
     """Return that an exponential law with a number as its mean is rejected, if it is."""
     if quantity.value is None or p.value is None or p.value >= REJECTED:
         return ""
-    chance = f"= {plain(p.value, 2)}" if p.value >= 1e-4 else "&lt; 0.0001"
     return (
         f"{html_symbol(quantity.name)}: an exponential law is rejected (Anderson and Darling’s "
-        f"test, <i>p</i> {chance}, <i>n</i> = {p.n}); its mean says less than it seems to"
+        f"test, {chance(p.value)}, <i>n</i> = {p.n}); its mean says less than it seems to"
     )
 
 
@@ -129,7 +137,7 @@ def not_one_exponential(quantity: Numbers) -> str:
     if _rejects(tail, 0.0):
         side = "above" if tail.value is not None and tail.value > 0 else "below"
         said.append(
-            f"from 1.5 to 4 {html_symbol('t_per')} the curve lies {side} the fit, by "
+            f"from 1.5 {html_symbol('t_per')} on the curve lies {side} the fit, by "
             f"{with_interval(tail)}"
         )
     return "<i>C</i><sub>θ</sub> is not one exponential: " + "; ".join(said) if said else ""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-MOST = 1e15
+LARGEST_NUMBER = 1e15
 """No number of a trial is larger, stamps apart, which are in the tables."""
 LONGEST_TEXT = 2000
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.+-]{0,99}\Z")
@@ -41,7 +41,11 @@ def as_number(value: Any) -> float:
     """Return a number; NaN for null."""
     if value is None:
         return nan
-    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, int | float)
+        or not abs(value) <= LARGEST_NUMBER
+    ):
         raise ValueError(f"{str(value)[:60]!r} is no number of a trial")
     return float(value)
 

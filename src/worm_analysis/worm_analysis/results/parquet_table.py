@@ -152,6 +152,6 @@ def _to_numpy(name: str, column: Any) -> NDArray[Any]:
     if pa.types.is_boolean(kind):
         column = column.cast(pa.uint8())
     values = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
-    if not name.endswith("_ns") and (np.abs(values) > entries.MOST).any():
+    if not name.endswith("_ns") and (np.abs(values) > entries.LARGEST_NUMBER).any():
         raise ValueError(f"column {name!r} holds a number beyond all measure")
     return values

@@ -1,6 +1,6 @@
 """The picture of a trial that its report opens with: which frame it is, and what is in it."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,16 +10,17 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from worm_analysis.results.results import Results
-from worm_msgs_py import Status
+from worm_msgs_py import Chamber, Status
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_msgs_py.errors import ReportError
 from worm_msgs_py.files.frame_pictures import frame_pictures
+from worm_msgs_py.units import MM_PER_M
 
 SAME_LENGTH = 0.1
 """A body whose length is this near to the median is seen whole."""
 SAME_PLACE_PX = 1.0
-"""A frame is shown with the wall's circle only if its own millimetres rest on that circle."""
+"""A circle that leads from a head's millimetres so near to its pixels is the frame's own."""
 _MIDLINE = ("midline_u_px", "midline_v_px")
 
 
@@ -78,10 +79,15 @@ def _on_the_last_circle(results: Results) -> NDArray[np.bool_]:
     tracks = results.tracks
     found = np.zeros(len(tracks["stamp_ns"]), dtype=np.bool_)
     for chamber in results.chambers:
-        u, v = chamber.to_pixels(tracks["head_x_mm"] * 1e-3, tracks["head_y_mm"] * 1e-3)
-        off_px = np.hypot(u - tracks["head_u_px"], v - tracks["head_v_px"])
-        found |= (tracks["where"] == chamber.name) & (off_px < SAME_PLACE_PX)
+        found |= (tracks["where"] == chamber.name) & rests_on(chamber, tracks)
     return found
+
+
+def rests_on(chamber: Chamber, tracks: Mapping[str, NDArray[Any]]) -> NDArray[np.bool_]:
+    """Whether a frame's millimetres are those of this circle: they lead to the head's pixels."""
+    u, v = chamber.to_pixels(tracks["head_x_mm"] / MM_PER_M, tracks["head_y_mm"] / MM_PER_M)
+    off_px: Floats = np.hypot(u - tracks["head_u_px"], v - tracks["head_v_px"])
+    return off_px < SAME_PLACE_PX
 
 
 def read_kept_picture(results_dir: Path, results: Results) -> TrialPicture | None:

@@ -74,7 +74,7 @@ class TrialRecord:
 def build_summary(trial: TrialRecord, provenance: Mapping[str, Any]) -> dict[str, Any]:
     """Return the document; NaN becomes null, so that it is JSON that every reader takes."""
     summary = {
-        "quantities": {quantity.name: _quantity(quantity) for quantity in trial.quantities},
+        "quantities": {quantity.name: _quantity_entry(quantity) for quantity in trial.quantities},
         "geometry": _geometry(trial.geometry),
         "earlier_geometries": [
             {"version": old.version, "stamp_ns": old.stamp_ns} | _geometry(old)
@@ -83,7 +83,7 @@ def build_summary(trial: TrialRecord, provenance: Mapping[str, Any]) -> dict[str
         "frames": {"read": trial.frames_read, "tracked": 0}
         | dict(sorted(trial.statuses.items(), key=lambda item: item[0])),
         "correlation": _correlation(trial.correlation),
-        "model": _model(trial.comparison, trial.model_correlation),
+        "model": _model_entry(trial.comparison, trial.model_correlation),
         "provenance": dict(provenance),
         "source_events": [_source_event(event) for event in _in_order(trial.source_events)],
         "ignored_messages": trial.ignored_messages,
@@ -119,7 +119,7 @@ def write_summary(path: Path, summary: Mapping[str, Any]) -> None:
         unfinished.write_text(text + "\n", encoding="utf-8")
 
 
-def _quantity(quantity: Quantity) -> dict[str, Any]:
+def _quantity_entry(quantity: Quantity) -> dict[str, Any]:
     entry = {
         "value": quantity.value,
         "low": quantity.low,
@@ -172,7 +172,7 @@ def _correlation(correlation: Correlation | None) -> dict[str, Sequence[float]] 
     }
 
 
-def _model(comparison: Comparison | None, correlation: Correlation | None) -> Any:
+def _model_entry(comparison: Comparison | None, correlation: Correlation | None) -> Any:
     if comparison is None:
         return None
     return {
@@ -354,7 +354,7 @@ def comparison_of(entry: Mapping[str, Any]) -> Comparison:
             )
             for name, item in entry["quantities"].items()
         ),
-        needs=tuple(_need(item) for item in entry.get("needed_reversals") or ()),
+        needs=tuple(_read_need(item) for item in entry.get("needed_reversals") or ()),
         scores=tuple(
             (entries.name(name), entries.as_number(value))
             for name, value in entries.mapping(entry.get("forecasts")).items()
@@ -362,7 +362,7 @@ def comparison_of(entry: Mapping[str, Any]) -> Comparison:
     )
 
 
-def _need(entry: Mapping[str, Any]) -> NeededReversal:
+def _read_need(entry: Mapping[str, Any]) -> NeededReversal:
     low, high = entries.as_number(entry["low"]), entries.as_number(entry["high"])
     return NeededReversal(
         rule=entries.one_of(entry["rule"], RULES),

@@ -11,19 +11,46 @@ from worm_msgs_py.arrays import Floats
 BINS_PER_THRESHOLD = 60
 FIRST_BIN, LAST_BIN = -8 * BINS_PER_THRESHOLD, 16 * BINS_PER_THRESHOLD
 """Depths are counted from 8 thresholds outside of the wall to 16 inside."""
-LIKELY_STRAY, PRIOR_FRAMES = 0.03, 0.3
-"""Of the contacts, as a prior that weighs so much beside the trial: noise hides which they are."""
-STRAY_WITHIN, FAR_WITHIN = (0.002, 0.3), (0.005, 0.5)
 FAR_THRESHOLDS = 80.0
-LEFT_UPTO = 1.0
+"""Depths far away are spread over so many thresholds."""
+ONE_SIDE = 1.0
 """Deviation beyond the mean up to which a depth in contact shows the noise, and no flank."""
-LEFT_OUT, LEFT_OUT_MEAN, LEFT_OUT_SQUARE = 0.1587, 1.5251, 2.5251
+BEYOND, BEYOND_MEAN, BEYOND_SQUARE = 0.1587, 1.5251, 2.5251
 """Beyond that: the part of a normal law, its mean and mean square there, in deviations."""
-LEAST_NOISE, MOST_NOISE = 0.5 / BINS_PER_THRESHOLD, 1.0
-"""In thresholds."""
-MOST_KEPT = 0.9
-"""Of noise, from frame to frame: what stays longer is motion as much as noise."""
-ROUNDS = 60
+LEAST_NOISE = 0.5 / BINS_PER_THRESHOLD
+"""In thresholds: less is not told from the width of a bin."""
+
+
+@dataclass(frozen=True, slots=True)
+class DepthLawSettings:
+    """What a law of depths may be.
+
+    Attributes
+    ----------
+    likely_stray, prior_weight : float
+        Stray contacts as a part of all, and how much this weighs beside the trial's frames: noise
+        hides which contacts are stray.
+    stray_within, far_within : (float, float)
+        Between which the parts that are anywhere are sought; never 0, or one such depth would make
+        the whole law impossible.
+    most_noise_thresholds : float
+        With more noise contact is not told from excursions.
+    most_kept : float
+        Of noise, from frame to frame: what stays longer is motion as much as noise.
+    rounds : int
+        Of expectation and maximisation; the law stands still long before.
+    """
+
+    likely_stray: float = 0.03
+    prior_weight: float = 0.3
+    stray_within: tuple[float, float] = (0.002, 0.3)
+    far_within: tuple[float, float] = (0.005, 0.5)
+    most_noise_thresholds: float = 1.0
+    most_kept: float = 0.9
+    rounds: int = 60
+
+
+DEPTH_LAW = DepthLawSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +72,7 @@ class DepthLaw:
     share : float
         Part of the time in contact.
     kept : float
-        Correlation of the noise from frame to frame, 0 to `MOST_KEPT`.
+        Correlation of the noise from frame to frame, 0 to `most_kept`.
     stray, far : float
         Parts of the time in contact, and out of it, that are anywhere.
     """
@@ -55,7 +82,7 @@ class DepthLaw:
     excursion: float = 8.0
     share: float = 0.5
     kept: float = 0.0
-    stray: float = LIKELY_STRAY
+    stray: float = DEPTH_LAW.likely_stray
     far: float = 0.1
 
     @property
@@ -90,7 +117,12 @@ class DepthLaw:
         return np.asarray(np.log(normal + stray + tiny) - np.log(near + far + tiny))
 
 
-def fit_depth_law(counts: Floats, beyond: tuple[float, float], kept: float) -> DepthLaw:
+def fit_depth_law(
+    counts: Floats,
+    beyond: tuple[float, float],
+    kept: float,
+    settings: DepthLawSettings = DEPTH_LAW,
+) -> DepthLaw:
     """Fit the law to a histogram of depths, by expectation and maximisation.
 
     Parameters
@@ -109,8 +141,8 @@ def fit_depth_law(counts: Floats, beyond: tuple[float, float], kept: float) -> D
     if not near.any():
         return DepthLaw(kept=kept)
     law = replace(DepthLaw(), touch=_densest(depth[near], counts[near]), kept=kept)
-    for _ in range(ROUNDS):
-        law = _better(law, depth, counts, (float(beyond[0]), float(beyond[1])))
+    for _ in range(settings.rounds):
+        law = _better(law, depth, counts, (float(beyond[0]), float(beyond[1])), settings)
     return law
 
 
@@ -123,7 +155,13 @@ def _densest(depth: Floats, counts: Floats) -> float:
     return float(np.average(depth[part], weights=counts[part]))
 
 
-def _better(law: DepthLaw, depth: Floats, counts: Floats, beyond: tuple[float, float]) -> DepthLaw:
+def _better(
+    law: DepthLaw,
+    depth: Floats,
+    counts: Floats,
+    beyond: tuple[float, float],
+    settings: DepthLawSettings,
+) -> DepthLaw:
     """Return the law after one round; `beyond` as in `fit_depth_law`."""
     in_contact, out = law.share, 1 - law.share
     weights = (in_contact, in_contact, out, out)
@@ -140,15 +178,16 @@ def _better(law: DepthLaw, depth: Floats, counts: Floats, beyond: tuple[float, f
     deep_near = 1 / (1 + odds)
     n_near, n_far = float(near.sum()) + deep_near * deep, float(far.sum()) + (1 - deep_near) * deep
     over = float(near @ np.maximum(depth - law.edge, 0.0)) + deep_near * deep_m
-    prior = PRIOR_FRAMES * n
+    prior = settings.prior_weight * n
+    strays = n_stray + prior * settings.likely_stray
     return DepthLaw(
         min(max(touch, -2.0), 1.0),
-        min(max(noise, LEAST_NOISE), MOST_NOISE),
+        min(max(noise, LEAST_NOISE), settings.most_noise_thresholds),
         min(max(over / max(n_near, 1.0), 1.0), 40.0),
         min(max((n + n_stray) / (float(counts.sum()) + deep), 0.02), 0.98),
         law.kept,
-        float(np.clip((n_stray + prior * LIKELY_STRAY) / (n + n_stray + prior), *STRAY_WITHIN)),
-        float(np.clip(n_far / max(n_near + n_far, 1.0), *FAR_WITHIN)),
+        float(np.clip(strays / (n + n_stray + prior), *settings.stray_within)),
+        float(np.clip(n_far / max(n_near + n_far, 1.0), *settings.far_within)),
     )
 
 
@@ -158,13 +197,13 @@ def _left_normal(law: DepthLaw, depth: Floats, normal: Floats) -> tuple[float, f
     Flanks of excursions lie on the other side and would be taken for noise: what is there is
     replaced by what a normal law has there.
     """
-    left = depth < law.touch + LEFT_UPTO * law.noise
+    left = depth < law.touch + ONE_SIDE * law.noise
     depth, weight = depth[left], normal[left]
     seen = float(weight.sum())
-    unseen = seen * LEFT_OUT / (1 - LEFT_OUT)
-    mean = law.touch + LEFT_OUT_MEAN * law.noise
+    unseen = seen * BEYOND / (1 - BEYOND)
+    mean = law.touch + BEYOND_MEAN * law.noise
     touch = (float(weight @ depth) + unseen * mean) / max(seen + unseen, 1e-300)
     off = law.touch - touch
-    square = (LEFT_OUT_SQUARE * law.noise + 2 * LEFT_OUT_MEAN * off) * law.noise + off * off
+    square = (BEYOND_SQUARE * law.noise + 2 * BEYOND_MEAN * off) * law.noise + off * off
     squares = float(weight @ (depth - touch) ** 2) + unseen * square
     return touch, sqrt(squares / max(seen + unseen, 1e-300))

@@ -6,7 +6,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Integers
 
-LARGEST = 10.0
+LARGEST_STATISTIC = 10.0
 """Beyond this the approximation of p turns round; p is below 10⁻⁶ there."""
 
 
@@ -49,7 +49,7 @@ def exponential_p(counts: Integers, width: float, mean: float) -> float:
 
 def p_of_statistic(statistic: float) -> float:
     """Return the probability that A² (1 + 0.6/n) is larger, for an exponential law."""
-    a = min(statistic, LARGEST)
+    a = min(statistic, LARGEST_STATISTIC)
     if a >= 0.950:
         return exp(0.731 - 3.009 * a + 0.15 * a * a)
     if a >= 0.510:

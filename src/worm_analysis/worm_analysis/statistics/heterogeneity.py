@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from math import nan
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
-from worm_msgs_py.intervals import Interval
+from worm_msgs_py.intervals import NORMAL_95, Interval
 
-WIDTH = 2 * 1.959964
+DEVIATIONS_IN_INTERVAL = 2 * NORMAL_95
 """Standard deviations in a 95 % interval."""
 
 
@@ -35,6 +35,6 @@ def same_number_p(estimates: Sequence[Interval]) -> float:
         return nan
     if (found > 0).all():
         found = np.log(found)
-    x, weight = found[:, 0], (WIDTH / (found[:, 2] - found[:, 1])) ** 2
+    x, weight = found[:, 0], (DEVIATIONS_IN_INTERVAL / (found[:, 2] - found[:, 1])) ** 2
     q = float(np.sum(weight * (x - np.sum(weight * x) / np.sum(weight)) ** 2))
-    return float(chi2.sf(q, len(x) - 1))
+    return float(chdtrc(len(x) - 1, q))

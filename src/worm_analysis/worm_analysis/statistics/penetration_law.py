@@ -4,19 +4,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
-from scipy.stats import chisquare
 
 from worm_msgs_py.arrays import Floats, Integers, Mask
 from worm_msgs_py.intervals import Interval
 
-CRITICAL = 1.9207
+LOG_LIKELIHOOD_FALL = 1.9207
 """Fall of the log likelihood at the ends of a 95 % interval: half of χ²'s quantile."""
 MOST_SHARE = 0.5
 """The decay is the larger part: else it is some narrow heap of depths that is fitted by it."""
 FEWEST_EXPECTED, MOST_GROUPS = 5, 20
 """Failures that a group of bins must hold by the law to be tested, and groups at most."""
-COARSE = (48, 21)
-FINE = (49, 49)
+COARSE_GRID = (48, 21)
+FINE_GRID = (49, 49)
+"""Points in log β and in the share, in the two rounds of the search for the likeliest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,19 +52,21 @@ def fit_penetration(edges: Floats, counts: Integers) -> Penetration:
     """
     chances = _Chances(edges, counts)
     span = float(edges[-1] - edges[0])
-    log_beta = np.linspace(np.log(0.1 / span), np.log(4 / float(edges[1] - edges[0])), COARSE[0])
-    share = np.linspace(0.0, MOST_SHARE, COARSE[1])
+    log_beta = np.linspace(
+        np.log(0.1 / span), np.log(4 / float(edges[1] - edges[0])), COARSE_GRID[0]
+    )
+    share = np.linspace(0.0, MOST_SHARE, COARSE_GRID[1])
     likelihood = chances.log_likelihood(log_beta, share)
     best = _climb(chances, log_beta, share, likelihood)
     # A finer grid over the part that matters, which holds the best point.
-    near = likelihood > likelihood.max() - 3 * CRITICAL
-    log_beta = _around(log_beta, near.any(axis=1), FINE[0], best[0])
-    share = _around(share, near.any(axis=0), FINE[1], best[1])
+    near = likelihood > likelihood.max() - 3 * LOG_LIKELIHOOD_FALL
+    log_beta = _finer_grid(log_beta, near.any(axis=1), FINE_GRID[0], best[0])
+    share = _finer_grid(share, near.any(axis=0), FINE_GRID[1], best[1])
     likelihood = chances.log_likelihood(log_beta, share)
     top = float(likelihood.max())
     fall = top - likelihood
     alpha = _alpha(log_beta[:, None], share, span)
-    inside = alpha[fall <= CRITICAL]
+    inside = alpha[fall <= LOG_LIKELIHOOD_FALL]
     at = _interval(log_beta, fall.min(axis=1), best[0])
     of_share = _interval(share, fall.min(axis=0), best[1])
     beta = float(np.exp(best[0]))
@@ -102,6 +104,8 @@ def penetration_p(edges: Floats, counts: Integers, fit: Penetration) -> float:
     groups = min(MOST_GROUPS, n // FEWEST_EXPECTED)
     if groups < 4:
         return float("nan")
+    from scipy.stats import chisquare  # takes a second to import, and few trials come here
+
     x = edges - edges[0]
     beta = fit.beta[0]
     law = -fit.alpha[0] / beta * np.expm1(-beta * x) + fit.const[0] * x
@@ -149,7 +153,7 @@ def _climb(
     return float(found.x[0]), float(found.x[1])
 
 
-def _around(grid: Floats, near: Mask, n: int, best: float) -> Floats:
+def _finer_grid(grid: Floats, near: Mask, n: int, best: float) -> Floats:
     """Return a finer grid over the part of a grid that is near, one step wider on each side."""
     at = np.flatnonzero(near)
     low, high = grid[max(0, at[0] - 1)], grid[min(len(grid) - 1, at[-1] + 1)]
@@ -168,7 +172,7 @@ def _interval(grid: Floats, fall: Floats, best: float) -> tuple[float, float]:
     The root of the fall is nearly straight in the parameter, so it is what is interpolated.
     """
     root = np.sqrt(np.maximum(fall, 0.0))
-    critical = np.sqrt(CRITICAL)
+    critical = np.sqrt(LOG_LIKELIHOOD_FALL)
     ends = []
     for side in (grid < best, grid > best):
         place, height = grid[side], root[side]

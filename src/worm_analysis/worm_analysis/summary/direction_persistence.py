@@ -12,17 +12,17 @@ from worm_analysis.statistics.block_jackknife import Units
 from worm_analysis.summary.settings import DEFAULTS
 from worm_msgs_py import Correlation
 from worm_msgs_py.arrays import Floats, Integers
-from worm_msgs_py.intervals import Interval
+from worm_msgs_py.intervals import NORMAL_95, Interval
 
 FEWEST_PARTS_AT_LAG = 5
 """Fewer parts with pairs at a lag say nothing of the error there."""
-NORMAL = 1.959964
-"""Half the width of a 95 % interval in standard deviations, where the parts are many."""
 ONE_E = exp(-1.0)
-TAIL = (1.5, 4.0)
+TAIL_IN_T_PER = (1.5, 4.0)
 """Lags of the tail, in t_per."""
+SHORTEST_TAIL_IN_T_PER = 2.0
+"""How far it must reach."""
 FEWEST_IN_TAIL = 0.1
-"""Pairs that each of them needs, as a part of those at lag 0."""
+"""Pairs that each of its lags needs, as a part of those at lag 0; it ends where there are fewer."""
 SLOPE_SPAN = 0.25
 """The slope of C_θ where it is 1/e is that of the lags this part of the time around it."""
 
@@ -73,7 +73,7 @@ def _error(units: Units) -> Floats:
         k = np.maximum(k, FEWEST_PARTS_AT_LAG)
         squares = np.sum(residuals**2, axis=0) * (k / (k - 1))
         error = np.sqrt(squares) / np.maximum(pairs, 1)
-        worst = np.fmax(worst, error * stdtrit(k - 1, 0.975) / NORMAL)
+        worst = np.fmax(worst, error * stdtrit(k - 1, 0.975) / NORMAL_95)
     worst[unknown] = nan
     return worst
 
@@ -92,7 +92,9 @@ def persistence_time(
         Where the track is too short to tell.
     """
     fitted = _decay_time(units, lag_s, shortest_track)
-    return _on_log_scale(fitted, _half_width(units, _of_fit(units, lag_s, fitted)))
+    return _interval_on_log_scale(
+        fitted, _half_width_of_response(units, _of_fit(units, lag_s, fitted))
+    )
 
 
 def _decay_time(units: Units, lag_s: Floats, shortest_track: float) -> float:
@@ -117,7 +119,7 @@ def fall_time(
         Where it does not fall so far, or the track is too short to tell.
     """
     at_s, response = _fall(units, lag_s, shortest_track)
-    return _on_log_scale(at_s, _half_width(units, response))
+    return _interval_on_log_scale(at_s, _half_width_of_response(units, response))
 
 
 def _fall(units: Units, lag_s: Floats, shortest_track: float) -> tuple[float, "Response"]:
@@ -142,8 +144,8 @@ def fall_over_decay(
     decay_s = _decay_time(units, lag_s, shortest_track)
     at_s, of_fall = _fall(units, lag_s, shortest_track)
     of_fit = _of_fit(units, lag_s, decay_s)
-    half = _half_width(units, lambda residuals: of_fall(residuals) - of_fit(residuals))
-    return _on_log_scale(at_s / decay_s, half)
+    half = _half_width_of_response(units, lambda residuals: of_fall(residuals) - of_fit(residuals))
+    return _interval_on_log_scale(at_s / decay_s, half)
 
 
 def tail_excess(
@@ -151,8 +153,9 @@ def tail_excess(
 ) -> Interval:
     """Return by how much C_θ lies above its exponential fit on average, from 1.5 to 4 t_per.
 
-    0 where C_θ is one exponential. A direction that is lost for moments and kept for long has its
-    1/e where the fit has it, and a tail that the fit has not.
+    It ends sooner where pairs do: visits may be shorter than that. 0 where C_θ is one exponential.
+    A direction that is lost for moments and kept for long has its 1/e where the fit has it, and a
+    tail that the fit has not.
 
     Raises
     ------
@@ -162,8 +165,12 @@ def tail_excess(
     c, pairs = correlation_curve(units)
     decay_s = persistence_time(units, lag_s, shortest_track)[0]
     of_fit = _of_fit(units, lag_s, decay_s)
-    inside = (lag_s >= TAIL[0] * decay_s) & (lag_s <= TAIL[1] * decay_s)
-    if not inside.any() or (pairs[inside] < FEWEST_IN_TAIL * pairs[0]).any():
+    inside = (lag_s >= TAIL_IN_T_PER[0] * decay_s) & (lag_s <= TAIL_IN_T_PER[1] * decay_s)
+    few = np.flatnonzero(inside & (pairs < FEWEST_IN_TAIL * pairs[0]))
+    if len(few):
+        inside[few[0] :] = False
+    far_enough = not len(few) or lag_s[few[0]] > SHORTEST_TAIL_IN_T_PER * decay_s
+    if not (inside.any() and far_enough):
         raise NotEnoughData("not enough data at lags of several decay times")
     weight = np.where(inside, np.gradient(lag_s), 0.0)
     weight /= weight.sum()
@@ -175,7 +182,7 @@ def tail_excess(
         answered: Floats = residuals @ (weight / np.maximum(pairs, 1))
         return answered - turn * of_fit(residuals)
 
-    half = _half_width(units, response)
+    half = _half_width_of_response(units, response)
     return value, value - half, value + half
 
 
@@ -194,7 +201,7 @@ def _refuse_short(
         )
 
 
-def _half_width(units: Units, response: Response) -> float:
+def _half_width_of_response(units: Units, response: Response) -> float:
     """Return half of a 95 % interval, from the linear response to each part."""
     half = nan
     for residuals in _residuals_by_level(units):
@@ -206,7 +213,7 @@ def _half_width(units: Units, response: Response) -> float:
     return half
 
 
-def _on_log_scale(value: float, half: float) -> Interval:
+def _interval_on_log_scale(value: float, half: float) -> Interval:
     return value, value * exp(-half), value * exp(half)
 
 

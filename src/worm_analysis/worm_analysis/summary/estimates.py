@@ -7,7 +7,7 @@ interval is never narrower than its blocks of time allow: one trial alone gives 
 
 from collections.abc import Callable
 from functools import lru_cache
-from math import exp, isfinite, nan
+from math import exp, isfinite, log, nan
 
 import numpy as np
 
@@ -19,14 +19,20 @@ from worm_analysis.statistics.goodness_of_fit import exponential_p, merged_bins
 from worm_analysis.statistics.penetration_law import Penetration, fit_penetration
 from worm_analysis.statistics.sample_correlation import pearson
 from worm_analysis.statistics.unseen_episodes import per_true_cycle
+from worm_analysis.summary.direction_persistence import NotEnoughData
 from worm_analysis.summary.resolution import corrections, head_step_m, pixel_m
 from worm_analysis.summary.sums import Sums
+from worm_analysis.wording import not_enough
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.intervals import Interval, exponential_mean, fraction, poisson_rate
 
 Estimator = Callable[[Sums], Interval]
 ValueOf = Callable[[Floats], Floats]
 """From sums of shape (m, k) to m values."""
+
+
+FARTHEST_END = 100.0
+"""An end of an interval that is so many times the value, or so small a part of it, is none."""
 
 
 def over(above: Floats, below: Floats) -> Floats:
@@ -120,6 +126,38 @@ def share(name: str) -> Estimator:
     return estimate
 
 
+def touching_share(name: str) -> Estimator:
+    """Return the estimator of the part of the failures that touch and have one phase of the stroke.
+
+    The phase of those without contact need not be known. So where it is not known of others, these
+    would be too few beside them: it is taken to be as often this one as where it is known.
+    """
+
+    def value_of(rows: Floats) -> Floats:
+        told, without, n, in_phase = rows.T
+        touching = np.nan_to_num(over(told - without, told))
+        return np.where(touching > 0, touching * over(in_phase, n - without), 0.0)
+
+    def estimate(sums: Sums) -> Interval:
+        both = [
+            np.hstack([trial["failures_without_contact"], trial[name]])
+            for trial in sums.trials
+            if name in trial
+        ]
+        units = Units(both)
+        told, without, n, _ = (round(part) for part in units.total())
+        known, touching = n - without, told - without
+        if known < min(sums.settings.minimum_n, touching):
+            items = "failed attempts in contact with a known phase of the stroke"
+            raise NotEnoughData(not_enough(known, items, sums.settings.minimum_n))
+        value = float(value_of(units.total()[None])[0])
+        worth = told * known // touching if touching else told
+        _, low, high = fraction(round(value * worth), worth)
+        return _widened((value, low, high), jackknife_half_width(units, value_of))
+
+    return estimate
+
+
 def _widened(law: Interval, half: float) -> Interval:
     """Return a fraction with the wider one of a law's interval and one symmetric in log odds."""
     value, low, high = law
@@ -136,15 +174,20 @@ def rate(name: str) -> Estimator:
     def estimate(sums: Sums) -> Interval:
         exposure, count = sums.total(name)
         law = poisson_rate(round(count), float(exposure))
-        return _on_log_scale(law, jackknife_half_width(sums.units(name), _second_over_first))
+        return _wider_on_log_scale(law, jackknife_half_width(sums.units(name), _second_over_first))
 
     return estimate
 
 
-def _on_log_scale(law: Interval, half: float) -> Interval:
-    """Return the wider one of a law's interval and one that is symmetric in the logarithm."""
+def _wider_on_log_scale(law: Interval, half: float) -> Interval:
+    """Return the wider one of a law's interval and one that is symmetric in the logarithm.
+
+    Where leaving out parts changes the value by far more than itself, nothing bounds it.
+    """
     value, low, high = law
     if isfinite(half) and value > 0:
+        if half > value * log(FARTHEST_END):
+            return value, nan, nan
         low, high = min(low, value * exp(-half / value)), max(high, value * exp(half / value))
     return value, low, high
 
@@ -169,7 +212,7 @@ def length(name: str, which: int | None = None, rule: str = "") -> Estimator:
         law = exponential_mean(round(n), float(excess))
         half = jackknife_half_width(sums.units(name), lambda rows: over(rows[:, 1], rows[:, 0]))
         scale = 1.0 if which is None else corrections(sums, rule)[which]
-        value, low, high = _on_log_scale(law, half)
+        value, low, high = _wider_on_log_scale(law, half)
         return value * scale, low * scale, high * scale
 
     return estimate
@@ -328,7 +371,7 @@ def penetration_part(part: str) -> Estimator:
     def estimate(sums: Sums) -> Interval:
         units = sums.units("x_p")
         law: Interval = getattr(penetration(units.total()), part)
-        return _on_log_scale(law, jackknife_half_width(units, values_of))
+        return _wider_on_log_scale(law, jackknife_half_width(units, values_of))
 
     return estimate
 

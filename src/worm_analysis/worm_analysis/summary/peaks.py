@@ -21,8 +21,9 @@ from worm_msgs_py.intervals import Interval
 
 FEWEST_STRETCHES = 10
 """Fewer independent stretches of time say nothing of how a peak would differ another time."""
-DRAWS, DRAWS_AT_ONCE = 200, 24
-MIDDLE = (0.025, 0.975)
+RESAMPLES, RESAMPLES_AT_ONCE = 200, 24
+"""Of the blocks, for the interval of a peak; so many are in memory together."""
+INTERVAL_QUANTILES = (0.025, 0.975)
 
 
 def radius_peak(name: str) -> Callable[[Sums], Interval]:
@@ -72,13 +73,13 @@ def _peak(
     value = float(place(smoothed(units.total()[None], sums))[0])
     if not isfinite(value):
         return nan, nan, nan
-    rows = _parts(units, stretches)
+    rows = _independent_blocks(units, stretches)
     drawn = smoothed(rows, sums)
     places = place(np.vstack([drawing @ drawn for drawing in _drawings(len(rows))]))
     if not np.isfinite(places).all():
         raise NotEnoughData("there is no such peak in part of the time")
     in_order = np.sort(places)
-    low, high = (_quantile_of(in_order, part) for part in MIDDLE)
+    low, high = (_quantile_of(in_order, part) for part in INTERVAL_QUANTILES)
     return value, min(low, value) - bin_width / 2, max(high, value) + bin_width / 2
 
 
@@ -111,7 +112,7 @@ def _independent_stretches(sums: Sums) -> float:
     return stretches
 
 
-def _parts(units: Units, most: float) -> Floats:
+def _independent_blocks(units: Units, most: float) -> Floats:
     """Return blocks of time that are long enough to be independent, shape (parts, bins)."""
     rows = np.empty((0, 0))
     for rows in units.levels():
@@ -138,8 +139,8 @@ def _drawings(parts: int) -> list[Floats]:
     They come in pieces for which matrix products start no threads: these cost more than they save.
     """
     rng = np.random.default_rng(1)
-    drawings = rng.multinomial(parts, np.full(parts, 1 / parts), size=DRAWS).astype(np.float64)
-    return np.split(drawings, np.arange(DRAWS_AT_ONCE, DRAWS, DRAWS_AT_ONCE))
+    drawings = rng.multinomial(parts, np.full(parts, 1 / parts), size=RESAMPLES).astype(np.float64)
+    return np.split(drawings, np.arange(RESAMPLES_AT_ONCE, RESAMPLES, RESAMPLES_AT_ONCE))
 
 
 def within_wall(rows: Floats) -> Floats:
@@ -166,21 +167,16 @@ def _quantile(
 ) -> Interval:
     units = sums.units(name)
     whole, cumulated = units.once("cumulated", lambda: _cumulated(prepared(units.total()[None])))
-    value = float(_quantiles(whole, cumulated, part, edges)[0])
+    value = float(_quantiles_of_rows(whole, cumulated, part, edges)[0])
     if not isfinite(value):
         return nan, nan, nan
 
     def value_of(rows: Floats) -> Floats:
         left = units.once("cumulated without one", lambda: _cumulated(prepared(rows)))
-        return _quantiles(*left, part, edges)
+        return _quantiles_of_rows(*left, part, edges)
 
     half = jackknife_half_width(units, value_of)
     return value, value - half, value + half
-
-
-def histogram_quantile(counts: Floats, part: float, edges: Floats) -> Floats:
-    """Return a quantile of each row of counts, between edges; NaN for an empty row."""
-    return _quantiles(*_cumulated(counts), part, edges)
 
 
 def _cumulated(counts: Floats) -> tuple[Floats, Floats]:
@@ -188,7 +184,7 @@ def _cumulated(counts: Floats) -> tuple[Floats, Floats]:
     return counts, np.cumsum(counts, axis=1)
 
 
-def _quantiles(counts: Floats, cumulated: Floats, part: float, edges: Floats) -> Floats:
+def _quantiles_of_rows(counts: Floats, cumulated: Floats, part: float, edges: Floats) -> Floats:
     wanted = part * cumulated[:, -1]
     rows = np.arange(len(counts))
     at = np.argmax(cumulated >= wanted[:, None], axis=1)

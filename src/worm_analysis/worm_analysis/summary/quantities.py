@@ -73,7 +73,7 @@ def _peak_of_angle(side: int) -> Definition:
     )  # fmt: skip
 
 
-def _quantiles(point: str, html: str, plain: str) -> list[Definition]:
+def _quantile_definitions(point: str, html: str, plain: str) -> list[Definition]:
     """Return the tenth, the half and nine tenths of r/R of a point; of ψ_b where none is given."""
     found = []
     for percent in (10, 50, 90):
@@ -120,9 +120,18 @@ def _fit(name: str, html: str, plain: str, bin_width: float, items: str) -> Defi
     )  # fmt: skip
 
 
-def _share(name: str, items: str, words: str = "", meaning: str = PART_OF_FAILURES) -> Definition:
+def _share_definition(
+    name: str, items: str, words: str = "", meaning: str = PART_OF_FAILURES
+) -> Definition:
     words = words or name.replace("_", " ")
     return Definition(name, "1", words, words, meaning, name, by.share(name), items)
+
+
+def _touching(phase: str) -> Definition:
+    name, words = f"failures_touching_in_{phase}", f"touching in {phase}"
+    return Definition(
+        name, "1", words, words, PART_OF_FAILURES, name, by.touching_share(name), CAUSES
+    )
 
 
 def _decay(name: str, html: str, plain: str, meaning: str) -> Definition:
@@ -132,7 +141,7 @@ def _decay(name: str, html: str, plain: str, meaning: str) -> Definition:
     )  # fmt: skip
 
 
-def _size(name: str, letter: str, what: str, bin_m: float) -> Definition:
+def _size_definition(name: str, letter: str, what: str, bin_m: float) -> Definition:
     return Definition(
         name, "mm", f"<i>{letter}</i><sub>w</sub>", f"${letter}_w$", f"{what} of the worm", name,
         by.median(name, bin_m), "frames with a body and a scale", np.sum, scale=MM_PER_M,
@@ -162,9 +171,9 @@ POSITIONS = (
     _peak_of_radius("t", "tail"),
     _peak_of_angle(0),
     _peak_of_angle(1),
-    *_quantiles("h", "<i>r</i><sub>h</sub>/<i>R</i>", "$r_h/R$"),
-    *_quantiles("c", "<i>r</i><sub>c</sub>/<i>R</i>", "$r_c/R$"),
-    *_quantiles("", "ψ<sub>b</sub>", r"$\psi_b$"),
+    *_quantile_definitions("h", "<i>r</i><sub>h</sub>/<i>R</i>", "$r_h/R$"),
+    *_quantile_definitions("c", "<i>r</i><sub>c</sub>/<i>R</i>", "$r_c/R$"),
+    *_quantile_definitions("", "ψ<sub>b</sub>", r"$\psi_b$"),
     Definition(
         "contact_fraction", "1", "contact", "contact",
         "fraction of frames with the head at the wall", "contact_fraction",
@@ -213,7 +222,7 @@ MOTION = (
     ),
     Definition(
         "c_theta_tail", "1", "<i>C</i><sub>θ</sub> − fit", r"$C_\theta$ − fit",
-        "mean from 1.5 to 4 t<sub>per</sub>; 0 where C<sub>θ</sub> is one exponential", "c_theta",
+        "mean from 1.5 t<sub>per</sub> on; 0 where C<sub>θ</sub> is one exponential", "c_theta",
         by.persistence(c_theta.tail_excess), "moments with a direction",
     ),
     Definition(
@@ -283,12 +292,12 @@ SEARCHES = (
 """Figs 5 and 6."""
 
 ATTEMPTS = (
-    _share("success", "decided attempts", meaning="passages after the head's entry"),
-    _share("failures_without_contact", "failed attempts in which contact can be told"),
-    _share("failures_in_elongation", "failed attempts with a known phase of the stroke"),
-    _share("failures_touching_in_elongation", CAUSES, "touching in elongation"),
-    _share("failures_touching_in_contraction", CAUSES, "touching in contraction"),
-    _share("failures_of_unknown_phase", "failed attempts", "of unknown phase"),
+    _share_definition("success", "decided attempts", meaning="passages after the head's entry"),
+    _share_definition("failures_without_contact", "failed attempts in which contact can be told"),
+    _share_definition("failures_in_elongation", "failed attempts with a known phase of the stroke"),
+    _touching("elongation"),
+    _touching("contraction"),
+    _share_definition("failures_of_unknown_phase", "failed attempts", "of unknown phase"),
     _decay("beta", "β", r"$\beta$", "decay of F(x<sub>p</sub>)"),
     _decay("alpha", "α", r"$\alpha$", "F(x<sub>p</sub>) where it begins, without the constant"),
     _decay("const", "constant", "constant", "of F(x<sub>p</sub>)"),
@@ -300,8 +309,8 @@ ATTEMPTS = (
 """Figs 8 and 9. Depths below that of the circle's own bulge over the mouth are not all seen."""
 
 BODY = (
-    _size("l_w", "l", "length", BODY_LENGTH_BIN_M),
-    _size("d_w", "d", "width", BODY_WIDTH_BIN_M),
+    _size_definition("l_w", "l", "length", BODY_LENGTH_BIN_M),
+    _size_definition("d_w", "d", "width", BODY_WIDTH_BIN_M),
     _excluded("untracked", "part of the frames that no estimate uses: no head was found"),
     _excluded("uncertain", "part of the frames that no estimate uses: the head is in doubt"),
 )

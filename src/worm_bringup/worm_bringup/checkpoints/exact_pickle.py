@@ -24,7 +24,7 @@ class _Pickler(pickle.Pickler):
             return NotImplemented
         offset = _address(obj) - _address(root)
         writeable = obj.flags.writeable
-        return _view, (root, obj.shape, obj.dtype, offset, obj.strides, writeable)
+        return _view_of_memory, (root, obj.shape, obj.dtype, offset, obj.strides, writeable)
 
 
 def dumps(thing: Any) -> bytes:
@@ -50,7 +50,7 @@ def _address(array: Array) -> int:
     return int(array.__array_interface__["data"][0])
 
 
-def _view(
+def _view_of_memory(
     root: Array,
     shape: tuple[int, ...],
     dtype: np.dtype[Any],

@@ -137,7 +137,7 @@ class CheckpointFolder:
             It could not be written; the last one holds.
         """
         self._make()
-        number = 1 + max((_number(item.name) for item in self.path.iterdir()), default=-1)
+        number = 1 + max((_number_in_name(item.name) for item in self.path.iterdir()), default=-1)
         packed = zlib.compress(exact_pickle.dumps(messages), 1)
         manifest = Manifest(
             fingerprint=fingerprint,
@@ -248,6 +248,6 @@ class CheckpointFolder:
         return BadInput(f"{self.path}: this checkpoint cannot be used ({why}): {_ANEW}")
 
 
-def _number(name: str) -> int:
+def _number_in_name(name: str) -> int:
     found = re.search(r"-(\d+)\.", name)
     return int(found.group(1)) if found else -1

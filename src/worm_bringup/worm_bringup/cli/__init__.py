@@ -6,8 +6,6 @@ import sys
 import threading
 from types import FrameType
 
-_INTERRUPTED = 130
-
 
 def main() -> None:
     """Run the command (see `app.main`), and end when a signal says so, also while it is loaded."""
@@ -24,7 +22,7 @@ def main() -> None:
 
 def _leave(number: int, frame: FrameType | None) -> None:
     """End at once: nothing has been begun."""
-    os._exit(_INTERRUPTED)
+    os._exit(128 + signal.SIGINT)
 
 
 def _leave_behind_what_hangs() -> None:

@@ -9,8 +9,8 @@ import typer
 from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.report import write_report
 from worm_bringup.cli import options
-from worm_bringup.cli.grouped import grouped
-from worm_bringup.cli.numbers import number, numbers
+from worm_bringup.cli.number_options import number, numbers
+from worm_bringup.cli.option_groups import grouped
 from worm_bringup.cli.progress import progress_bar, show_trial
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.outputs.results_directory import check_out, results_directory

@@ -1,5 +1,6 @@
 """The `worm` command: its subcommands, and what every one of them does with an error."""
 
+import signal
 import sys
 from importlib.metadata import version
 from typing import Annotated, NoReturn
@@ -21,16 +22,15 @@ from worm_bringup.cli.replay import replay
 from worm_bringup.cli.report import report
 from worm_bringup.cli.review import review
 from worm_bringup.cli.simulate import simulate
-from worm_bringup.cli.usage import UsageFault, usage_line
+from worm_bringup.cli.usage_errors import UsageFault, usage_line
 from worm_bringup.outputs.results_directory import Kept
 from worm_bringup.trial import EndedEarly, Incomplete, WithoutPose
-from worm_msgs_py.errors import BadInput, NodeFailed, ReportError
+from worm_msgs_py.errors import BAD_INPUT, INCOMPLETE, BadInput, NodeFailed, ReportError
 from worm_msgs_py.ros.running import interrupted_by_signals
 from worm_msgs_py.text import printable
 
-BAD_INPUT = 2
-INCOMPLETE = 1
-INTERRUPTED = 130
+INTERRUPTED = 128 + signal.SIGINT
+"""As shells say it, whichever signal it was."""
 
 app = typer.Typer(
     name="worm",
@@ -100,9 +100,9 @@ def _run() -> None:
         line = usage_line(fault)
         if not line:  # the help was printed instead
             sys.exit(BAD_INPUT)
-        _refuse(line)
+        _leave_refusing(line)
     except (BadInput, ReportError) as error:
-        _refuse(error)
+        _leave_refusing(error)
     except Kept as error:
         print(f"worm: {printable(error)}", file=sys.stderr)
         sys.exit(INTERRUPTED if error.interrupted else INCOMPLETE)
@@ -118,9 +118,9 @@ def _run() -> None:
     except OSError as error:
         if error.filename is None:
             raise
-        _refuse(f"{error.filename}: {error.strerror}: is the path right, and open to you?")
+        _leave_refusing(f"{error.filename}: {error.strerror}: is the path right, and open to you?")
     except MemoryError as error:
-        _refuse(f"out of memory ({error}): give the machine more, or ask for less")
+        _leave_refusing(f"out of memory ({error}): give the machine more, or ask for less")
     except Incomplete as error:
         print(f"worm: incomplete, no results were written: {printable(error)}", file=sys.stderr)
         for note in getattr(error, "__notes__", ()):
@@ -136,6 +136,6 @@ def _say_interrupted() -> None:
     print("worm: interrupted", file=sys.stderr)
 
 
-def _refuse(error: object) -> NoReturn:
+def _leave_refusing(error: object) -> NoReturn:
     print(f"worm: {printable(error)}", file=sys.stderr)
     sys.exit(BAD_INPUT)

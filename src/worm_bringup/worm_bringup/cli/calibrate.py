@@ -13,14 +13,14 @@ from worm_bringup.cli.camera_options import SIMULATED, CameraAddress
 from worm_bringup.cli.terminal import say
 from worm_bringup.outputs.output_rules import check_apart
 from worm_bringup.rig.rig_file import RigParameters, read_rig
-from worm_bringup.rig.sample_pictures import pictures_of_camera, pictures_of_recording
-from worm_bringup.rig.written_rig import (
+from worm_bringup.rig.rig_file_writer import (
     as_png,
     found_entries,
     found_in_words,
     rig_picture,
     rig_text,
 )
+from worm_bringup.rig.sample_pictures import pictures_of_camera, pictures_of_recording
 from worm_msgs_py.arrays import Picture
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_msgs_py.files.whole_files import new_file, whole_file
@@ -84,7 +84,7 @@ def calibrate(
         passage_mm=passage_mm,
     ).parameters({k: v for k, v in base.of("tracker").items() if k not in _LOOKED_FOR_ANEW})
     told = polarity or base.of("tracker").get("polarity")
-    name, pictures = _pictures(bag, camera, topic)
+    name, pictures = _sample_of(bag, camera, topic)
     try:
         found = calibrate_pictures(
             pictures, TrackerParameters(**see), Polarity(told) if told else None
@@ -97,7 +97,7 @@ def calibrate(
     for line in found_in_words(found):
         say(line)
     drawn = as_png(rig_picture(pictures[0], found))
-    if not (yes or _agreed(drawn, out, picture_file)):
+    if not (yes or _writing_agreed(drawn, out, picture_file)):
         say("Nothing was written.")
         raise typer.Exit(NOT_WRITTEN)
     write = whole_file if overwrite or not yes else new_file
@@ -120,7 +120,7 @@ def _somebody_is_there() -> bool:
     return sys.stdin.isatty() and sys.stdout.isatty()
 
 
-def _pictures(bag: Path | None, camera: str | None, topic: str) -> tuple[str, list[Picture]]:
+def _sample_of(bag: Path | None, camera: str | None, topic: str) -> tuple[str, list[Picture]]:
     """Return what the pictures come from, as people may see it, and some of them."""
     if camera is None:
         assert bag is not None
@@ -140,7 +140,7 @@ def _others(base: RigParameters, camera: str | None) -> dict[str, dict[str, Any]
     return others
 
 
-def _agreed(drawn: bytes, out: Path, picture_file: Path) -> bool:
+def _writing_agreed(drawn: bytes, out: Path, picture_file: Path) -> bool:
     """Show the picture, and ask whether it may be written."""
     with tempfile.TemporaryDirectory(prefix="worm-calibrate-") as folder:
         shown = Path(folder) / picture_file.name

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from worm_bringup.cli.numbers import declared_number, number, numbers
-from worm_bringup.cli.usage import refuse_without
+from worm_bringup.cli.number_options import declared_number, number, numbers
+from worm_bringup.cli.usage_errors import refuse_without
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.nodes import parameters_of
 from worm_msgs_py.errors import BadInput

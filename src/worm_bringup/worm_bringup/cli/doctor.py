@@ -46,7 +46,7 @@ def _rclpy() -> str:
     return f"{version('ros-jazzy-rclpy')}, {rmw}"
 
 
-def _messages() -> str:
+def _message_delivery() -> str:
     """Send a picture through a context of its own, and compare what comes out."""
     import numpy as np
     from sensor_msgs.msg import Image
@@ -104,7 +104,7 @@ def _domain() -> str:
 _CHECKS: dict[str, Callable[[], str]] = {
     "Python": _python,
     "rclpy": _rclpy,
-    "messages": _messages,
+    "messages": _message_delivery,
     "OpenCV": _opencv,
     "shared memory": _shared_memory,
     "ROS variables": _domain,

@@ -8,16 +8,16 @@ import typer
 from rich.table import Table
 
 from worm_bringup.cli import options
-from worm_bringup.cli.numbers import number
+from worm_bringup.cli.number_options import number
 from worm_bringup.cli.terminal import Terminal
 from worm_model.evaluation import (
-    CERTAIN,
     Evaluation,
     Figure,
     evaluate_tracks,
     read_tracks,
     read_truth,
 )
+from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_msgs_py.errors import BadInput, EvaluationError
 from worm_msgs_py.limits import Limit
 
@@ -28,7 +28,7 @@ def evaluate(
     certain: Annotated[
         float,
         number(Limit(0.5, 1.0), help="Head certainty that counts as certain."),
-    ] = CERTAIN,
+    ] = SURE_HEAD_CERTAINTY,
     as_json: options.AsJson = False,
 ) -> None:
     """Compare tracks with the truth: tips, midline, head or tail, contact, calibration.
@@ -43,21 +43,21 @@ def evaluate(
     if as_json:
         typer.echo(json.dumps(result.document(), indent=2, ensure_ascii=False, allow_nan=False))
     else:
-        Terminal().print(_table(result))
+        Terminal().print(_figures_table(result))
 
 
-def _table(result: Evaluation) -> Table:
+def _figures_table(result: Evaluation) -> Table:
     title = (
         f"{result.frames_in_common} frames in common by {result.joined_by}"
         f" ({result.frames_of_tracks} of the tracks, {result.frames_of_truth} of the truth)"
     )
     table = Table("figure", "value", "n", title=title)
     for figure in result.figures:
-        table.add_row(figure.name.replace("_", " "), _value(figure), str(figure.n))
+        table.add_row(figure.name.replace("_", " "), _value_with_unit(figure), str(figure.n))
     return table
 
 
-def _value(figure: Figure) -> str:
+def _value_with_unit(figure: Figure) -> str:
     if figure.value is None:
         return figure.why
     if not figure.unit:

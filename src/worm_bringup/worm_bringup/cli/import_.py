@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from worm_bringup.cli.numbers import number
+from worm_bringup.cli.number_options import number
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.terminal import say
 from worm_bringup.outputs.output_rules import check_apart

@@ -8,8 +8,8 @@ import typer
 
 from worm_bringup.cli import options
 from worm_bringup.cli.camera_options import CameraOptions
-from worm_bringup.cli.grouped import grouped
 from worm_bringup.cli.monitor_options import MonitorOptions
+from worm_bringup.cli.option_groups import grouped
 from worm_bringup.cli.progress import progress_bar, refuse_without_pose, show_result, show_speed
 from worm_bringup.graph.in_process import RunResult
 from worm_bringup.outputs.output_rules import check_apart
@@ -59,8 +59,8 @@ def live(
     Where the monitor's page (or the camera's service ~/new_trial) asks for a new trial, this one
     ends in the same way and the next begins: into OUT-2, recorded into RECORD-2.
 
-    Frames count once the graph is ready. Where the tracker lags for more than two seconds the
-    newest frame wins, and what is skipped is counted.
+    Frames count once the graph is ready. Where the tracker lags for more than ten seconds (or
+    256 MB of pictures) the newest frame wins, and what is skipped is counted.
     """
     told = read_rig(rig, graph.namespace)
     camera = camera.over(told.of("image_source"))

@@ -11,9 +11,8 @@ from rich.table import Table
 
 from worm_bringup.cli import options
 from worm_bringup.cli.model_compare import compare
-from worm_bringup.cli.numbers import number
+from worm_bringup.cli.number_options import number
 from worm_bringup.cli.terminal import Terminal, say
-from worm_model.boundary_walk.paper_figures import write_figure
 from worm_model.boundary_walk.parameters import ReversalRule, WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
 from worm_model.boundary_walk.summary import CONVENTIONS, NO_FALL, WalkSummary, summarise
@@ -127,7 +126,7 @@ def solve(
         )
     except ValueError as error:
         raise BadInput(f"--exit-width-mm, --depth-mm, --radius-mm: {error}") from None
-    start = _start(theta_deg, direction, phase)
+    start = _start_state(theta_deg, direction, phase)
     try:
         summary = summarise(parameters, start, at_s or ())
     except ValueError as error:
@@ -136,7 +135,7 @@ def solve(
         document = summary.document()
         typer.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
     else:
-        Terminal().print(_table(summary))
+        Terminal().print(_walk_table(summary))
 
 
 @model.command()
@@ -150,6 +149,8 @@ def figure(
     ] = True,
 ) -> None:
     """Draw the paper's Figs 5 and 6 from the model, with bands for 35-55 % of reversals."""
+    from worm_model.boundary_walk.paper_figures import write_figure  # Matplotlib: slow to import
+
     try:
         write_figure(out, rule, hop_may_land=hop_may_land)
     except ValueError as error:
@@ -157,7 +158,7 @@ def figure(
     say(f"Figure: {out}")
 
 
-def _start(
+def _start_state(
     theta_deg: float | None, direction: Direction | None, phase: Phase | None
 ) -> WalkState | None:
     if theta_deg is None:
@@ -171,7 +172,7 @@ def _start(
     return WalkState(radians(theta_deg), direction, phase or Phase.SLIDE)
 
 
-def _table(summary: WalkSummary) -> Table:
+def _walk_table(summary: WalkSummary) -> Table:
     """Return the numbers, then what they rest on."""
     walk = summary.parameters
     table = Table("", "value", "", title="boundary walk, exact")

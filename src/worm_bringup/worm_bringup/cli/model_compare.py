@@ -16,7 +16,7 @@ from worm_analysis.report.numbers import interval, value
 from worm_bringup.cli import options
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.terminal import Terminal
-from worm_bringup.cli.usage import option_name
+from worm_bringup.cli.usage_errors import option_name
 from worm_bringup.model_comparisons import Case, compare_trials
 from worm_model.boundary_walk.parameters import ReversalRule
 from worm_model.inference.comparison import ModelParameters
@@ -86,16 +86,16 @@ def compare(
         )
     parameters = ModelParameters(**told)
     if figure is not None:
-        _refuse(figure)
+        _refuse_figure(figure)
     if results:
         with progress_bar("trials") as progress:
             cases = compare_trials(results, parameters, progress)
     else:
         cases = [Case(PAPER, 0, Comparison(0, needs=paper_needs()))]
     if figure is not None:
-        _draw(cases[-1], figure)
+        _draw_file(cases[-1], figure)
     if as_json:
-        document = [_document(case) for case in cases]
+        document = [_as_json(case) for case in cases]
         typer.echo(json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False))
         return
     console = Terminal(width=None if sys.stdout.isatty() else PRINTED_WIDTH)
@@ -103,7 +103,7 @@ def compare(
         _print(console, case)
 
 
-def _refuse(figure: Path) -> None:
+def _refuse_figure(figure: Path) -> None:
     """Refuse a figure that could not be written, before the work is done."""
     if figure.suffix not in (".svg", ".png", ".pdf"):
         raise BadInput(f"{figure}: a figure ends in .svg, .png or .pdf: rename it")
@@ -111,7 +111,7 @@ def _refuse(figure: Path) -> None:
         raise BadInput(f"{figure}: there is no directory {figure.parent}: make it first")
 
 
-def _draw(case: Case, path: Path) -> None:
+def _draw_file(case: Case, path: Path) -> None:
     """Draw the joint question into a file that is there whole or not at all."""
     # Drawing is slow to import, and mostly not asked for.
     from worm_analysis.report.figures.joint_question import joint_figure
@@ -140,11 +140,11 @@ def _print(console: Console, case: Case) -> None:
 
 
 def _measured_table(name: str, comparison: Comparison) -> Table:
-    table = _table(name, "", "measured", "95 %", "walk", "95 %", "unit", "")
+    table = _empty_table(name, "", "measured", "95 %", "walk", "95 %", "unit", "")
     own = dict(comparison.parameters)
     for item in comparison.quantities:
         measured, modelled = _of_people(item)
-        verdict = "given to the walk" if own.get(f"{item.name}_is_measured") else _verdict(item)
+        verdict = "given to the walk" if own.get(f"{item.name}_is_measured") else _verdict_of(item)
         unit = _MILLI.get(item.unit, item.unit)
         table.add_row(
             item.name, value(measured), interval(measured), value(modelled), interval(modelled),
@@ -156,14 +156,14 @@ def _measured_table(name: str, comparison: Comparison) -> Table:
 def _needs_table(name: str, needs: list[NeededReversal], speed: str) -> Table:
     rules = list(dict.fromkeys(need.rule for need in needs))
     heads = [f"{rule}, 1/s" if rule == ReversalRule.RATE else rule for rule in rules]
-    table = _table(f"{name}: reversal needed at {speed}", "for", *heads)
+    table = _empty_table(f"{name}: reversal needed at {speed}", "for", *heads)
     for observation in dict.fromkeys(need.observation for need in needs):
         found = {n.rule: n for n in needs if n.observation == observation}
         table.add_row(observation, *(_needed(found.get(rule)) for rule in rules))
     return table
 
 
-def _table(title: str, *heads: str) -> Table:
+def _empty_table(title: str, *heads: str) -> Table:
     first, *others = heads
     return Table(Column(first, no_wrap=True), *others, title=title, box=SIMPLE_HEAD)
 
@@ -188,18 +188,18 @@ def _scores_line(scores: dict[str, float]) -> str:
 
 def _of_people(item: ModelQuantity) -> tuple[Quantity, Quantity]:
     return (
-        _quantity(item, item.measured, item.measured_low, item.measured_high),
-        _quantity(item, item.modelled, item.modelled_low, item.modelled_high),
+        _as_quantity(item, item.measured, item.measured_low, item.measured_high),
+        _as_quantity(item, item.modelled, item.modelled_low, item.modelled_high),
     )
 
 
-def _quantity(item: ModelQuantity, *numbers: float) -> Quantity:
+def _as_quantity(item: ModelQuantity, *numbers: float) -> Quantity:
     scale = 1e3 if item.unit in _MILLI else 1.0
     middle, low, high = (end * scale if isfinite(end) else None for end in numbers)
     return Quantity(item.name, middle, low, high)
 
 
-def _verdict(item: ModelQuantity) -> str:
+def _verdict_of(item: ModelQuantity) -> str:
     measured: Interval = (item.measured, item.measured_low, item.measured_high)
     if not isfinite(item.measured):
         return "not measured"
@@ -210,7 +210,7 @@ def _verdict(item: ModelQuantity) -> str:
     return "agrees" if intervals_overlap(measured, (item.modelled, low, high)) else "does not agree"
 
 
-def _document(case: Case) -> dict[str, Any]:
+def _as_json(case: Case) -> dict[str, Any]:
     document: dict[str, Any] = {"name": case.name, "trials": case.trials}
     if case.comparison is None:
         return document | {"why": case.why}
@@ -224,15 +224,15 @@ def _document(case: Case) -> dict[str, Any]:
             asdict(item) | {"answer": item.in_words()} for item in agreements(found.needs)
         ],
     }
-    finite: dict[str, Any] = _without_nan(document)
+    finite: dict[str, Any] = _nan_to_none(document)
     return finite
 
 
-def _without_nan(item: Any) -> Any:
+def _nan_to_none(item: Any) -> Any:
     if isinstance(item, dict):
-        return {key: _without_nan(part) for key, part in item.items()}
+        return {key: _nan_to_none(part) for key, part in item.items()}
     if isinstance(item, list | tuple):
-        return [_without_nan(part) for part in item]
+        return [_nan_to_none(part) for part in item]
     if isinstance(item, float) and not isfinite(item):
         return "inf" if item > 0.0 else None
     return item

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from worm_bringup.cli.numbers import number
-from worm_bringup.cli.usage import refuse_without
+from worm_bringup.cli.number_options import number
+from worm_bringup.cli.usage_errors import refuse_without
 from worm_bringup.graph.monitor_process import Monitor
 from worm_msgs_py.limits import PAGE_PORT
 

@@ -10,8 +10,8 @@ from rclpy.exceptions import InvalidNamespaceException
 from rclpy.validate_namespace import validate_namespace
 
 from worm_analysis.parameters import AnalysisParameters
-from worm_bringup.cli.numbers import declared_number, number, numbers
-from worm_bringup.cli.usage import refuse_together, refuse_without
+from worm_bringup.cli.number_options import declared_number, number, numbers
+from worm_bringup.cli.usage_errors import refuse_together, refuse_without
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.graph.nodes import NODES
 from worm_bringup.overlay.foxglove_server import DEFAULT_PORT
@@ -21,6 +21,7 @@ from worm_msgs_py.declarations import declarations
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.network import Reach
 from worm_msgs_py.ros.watchdog import PATIENCE, PATIENCE_S
+from worm_msgs_py.units import MM_PER_M
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.polarity import Polarity
 from worm_tracker.sources.bags.scan.decompression import CHUNK_MIB
@@ -315,7 +316,7 @@ TRACKER_NUMBERS = {
 _OF_ANALYSIS = {declared.name: declared for declared in declarations(AnalysisParameters)}
 
 
-def _of(name: str) -> Any:
+def _analysis_option(name: str) -> Any:
     """Return the option of one of the analysis' parameters, as that tells of itself."""
     return declared_number(_OF_ANALYSIS[name], ANALYSIS)
 
@@ -334,23 +335,23 @@ BodyWidthMm = Annotated[
 class AnalysisOptions:
     """What the analysis takes for a contact, and over which times it looks."""
 
-    contact_factor: Annotated[float | None, _of("contact_factor")] = None
-    release_factor: Annotated[float | None, _of("release_factor")] = None
+    contact_factor: Annotated[float | None, _analysis_option("contact_factor")] = None
+    release_factor: Annotated[float | None, _analysis_option("release_factor")] = None
     body_width_mm: BodyWidthMm = None
-    min_episode_s: Annotated[float | None, _of("min_episode_s")] = None
-    theta_dot_window_s: Annotated[float | None, _of("theta_dot_window_s")] = None
-    mean_window_s: Annotated[float | None, _of("mean_window_s")] = None
-    min_head_certainty: Annotated[float | None, _of("min_head_certainty")] = None
-    incidence_window_s: Annotated[float | None, _of("incidence_window_s")] = None
-    max_gap_s: Annotated[float | None, _of("max_gap_s")] = None
-    max_bridged_s: Annotated[float | None, _of("max_bridged_s")] = None
-    max_lag_s: Annotated[float | None, _of("max_lag_s")] = None
-    fine_lag_s: Annotated[float | None, _of("fine_lag_s")] = None
-    fine_step_s: Annotated[float | None, _of("fine_step_s")] = None
-    coarse_step_s: Annotated[float | None, _of("coarse_step_s")] = None
-    stroke_window_s: Annotated[float | None, _of("stroke_window_s")] = None
-    minimum_n: Annotated[int | None, _of("minimum_n")] = None
-    summary_interval_s: Annotated[float | None, _of("summary_interval_s")] = None
+    min_episode_s: Annotated[float | None, _analysis_option("min_episode_s")] = None
+    theta_dot_window_s: Annotated[float | None, _analysis_option("theta_dot_window_s")] = None
+    mean_window_s: Annotated[float | None, _analysis_option("mean_window_s")] = None
+    min_head_certainty: Annotated[float | None, _analysis_option("min_head_certainty")] = None
+    incidence_window_s: Annotated[float | None, _analysis_option("incidence_window_s")] = None
+    max_gap_s: Annotated[float | None, _analysis_option("max_gap_s")] = None
+    max_bridged_s: Annotated[float | None, _analysis_option("max_bridged_s")] = None
+    max_lag_s: Annotated[float | None, _analysis_option("max_lag_s")] = None
+    fine_lag_s: Annotated[float | None, _analysis_option("fine_lag_s")] = None
+    fine_step_s: Annotated[float | None, _analysis_option("fine_step_s")] = None
+    coarse_step_s: Annotated[float | None, _analysis_option("coarse_step_s")] = None
+    stroke_window_s: Annotated[float | None, _analysis_option("stroke_window_s")] = None
+    minimum_n: Annotated[int | None, _analysis_option("minimum_n")] = None
+    summary_interval_s: Annotated[float | None, _analysis_option("summary_interval_s")] = None
 
     def parameters(
         self, rig: Mapping[str, Any] | None = None, *, no_chamber: bool = False
@@ -367,7 +368,7 @@ class AnalysisOptions:
         refuse_together(options, reason, "no_chamber", "contact_factor", "body_width_mm")
         given = {name: value for name, value in asdict(self).items() if value is not None}
         if "body_width_mm" in given:
-            given["body_width_m"] = given.pop("body_width_mm") / 1e3
+            given["body_width_m"] = given.pop("body_width_mm") / MM_PER_M
         merged = {**(rig or {}), **given}
         AnalysisParameters(**merged)
         return merged

@@ -109,7 +109,7 @@ def show_trial(report: Path, between: Callable[[], None] = lambda: None) -> None
     shown = {name: summary["quantities"][name] for name in _QUANTITIES_SHOWN}
     known = {name: item for name, item in shown.items() if item["value"] is not None}
     if known:
-        console.print(_table(known))
+        console.print(_quantities_table(known))
     if len(known) < len(shown):
         unknown = ", ".join(name for name in shown if name not in known)
         console.print(f"No value, for reasons given in the report: {unknown}", soft_wrap=True)
@@ -148,20 +148,20 @@ def show_speed(result: RunResult) -> None:
         console.print(f"time: {shares}", soft_wrap=True)
 
 
-def _table(quantities: dict[str, dict[str, Any]]) -> Table:
+def _quantities_table(quantities: dict[str, dict[str, Any]]) -> Table:
     table = Table("quantity", "value", "95 % interval", "n", "unit", "paper")
     for name, quantity in quantities.items():
         low, high = quantity["low"], quantity["high"]
         table.add_row(
             name,
-            _number(quantity["value"]),
-            "" if low is None or high is None else f"{_number(low)} … {_number(high)}",
+            _three_digits(quantity["value"]),
+            "" if low is None or high is None else f"{_three_digits(low)} … {_three_digits(high)}",
             str(quantity["n"]),
             quantity["unit"],
-            _number(quantity["paper"]),
+            _three_digits(quantity["paper"]),
         )
     return table
 
 
-def _number(value: float | None) -> str:
+def _three_digits(value: float | None) -> str:
     return "" if value is None else f"{value:.3g}"

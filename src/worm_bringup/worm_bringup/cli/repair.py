@@ -10,7 +10,7 @@ from worm_bringup.cli import options
 from worm_msgs_py.text import printable
 from worm_tracker.sources.bags.bag_repair import name_of_repaired, repair_bag
 from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
-from worm_tracker.sources.bags.scan.found import Lost
+from worm_tracker.sources.bags.scan.scan_result import Lost
 
 _MOST_LOSSES_SHOWN = 20
 

@@ -10,10 +10,10 @@ import typer
 
 from worm_bringup.checkpoints import CheckpointFolder, Checkpoints, progress_of
 from worm_bringup.cli import options
-from worm_bringup.cli.given_corrections import check_fit, other_settings
-from worm_bringup.cli.grouped import grouped
+from worm_bringup.cli.correction_options import check_fit, other_settings
 from worm_bringup.cli.monitor_options import MonitorOptions
-from worm_bringup.cli.numbers import number
+from worm_bringup.cli.number_options import number
+from worm_bringup.cli.option_groups import grouped
 from worm_bringup.cli.progress import progress_bar, refuse_without_pose, show_result
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.outputs.earlier_result import TRIAL

@@ -2,21 +2,23 @@
 
 import asyncio
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from worm_bringup.cli.numbers import number
-from worm_bringup.cli.replay_command import replay_command
+from worm_bringup.cli.number_options import number
+from worm_bringup.cli.replay_again import replay_command
 from worm_bringup.cli.terminal import say
 from worm_monitor.access import Access
 from worm_monitor.review.pictures import find_pictures
-from worm_monitor.review.review_server import ReviewServer
 from worm_monitor.review.trial import read_reviewed_trial
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import PAGE_PORT
 from worm_msgs_py.ros.network import LOOPBACK
 from worm_msgs_py.ros.running import stop_on_signals
+
+if TYPE_CHECKING:
+    from worm_monitor.review.review_server import ReviewServer
 
 
 def review(
@@ -45,6 +47,8 @@ def review(
     a person should look. What is exchanged is kept in corrections.json in the results at once; the
     page gives the command of the replay that makes tables and numbers anew. Ctrl-C ends it.
     """
+    from worm_monitor.review.review_server import ReviewServer  # a web server: slow to import
+
     trial = read_reviewed_trial(results)
     pictures = find_pictures(trial, bag)
     command = replay_command(results, trial.results.provenance, pictures.bag)
@@ -52,7 +56,7 @@ def review(
     asyncio.run(_serve(ReviewServer(pictures, access, command.line, command.stands_for)))
 
 
-async def _serve(server: ReviewServer) -> None:
+async def _serve(server: "ReviewServer") -> None:
     with stop_on_signals() as stop:
         try:
             await server.site.listen()

@@ -2,19 +2,19 @@
 
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict
 from math import isclose, nan
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any
 
 import pyarrow.parquet as pq
 import typer
 
 from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli import options
-from worm_bringup.cli.grouped import grouped
-from worm_bringup.cli.numbers import number
+from worm_bringup.cli.number_options import number
+from worm_bringup.cli.option_groups import grouped
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.simulation_options import FilmOptions, Model, WormOptions
 from worm_bringup.cli.terminal import say
@@ -25,7 +25,7 @@ from worm_bringup.tracks.simulated_tracks import track_table
 from worm_bringup.tracks.track_analysis import analyse_tracks
 from worm_bringup.tracks.track_rig import TableRig
 from worm_bringup.tracks.track_table import TrackTable
-from worm_model.filament.parameters import NARROWEST
+from worm_model.filament.parameters import LEAST_EXIT_WIDTHS
 from worm_model.filament.rig import FilamentRig
 from worm_model.simulator.film import truth_path, write_film
 from worm_model.simulator.worm import Walker, midlines_mm
@@ -41,7 +41,6 @@ FILM_EXIT_WIDTH = Limit(0.1, 15.0, "mm", or_zero=True)
 FRAME_BYTES, ROW_BYTES = 100_000, 300
 """About what a picture of the simulated rig takes in the bag, and a row in the tables."""
 MOST_FRAMES = 1_000_000
-Item = TypeVar("Item")
 
 
 @grouped
@@ -59,7 +58,7 @@ def simulate(
         Model,
         typer.Option(
             help="An elastic filament that crawls through both chambers, or a worm that follows "
-            "the wall of one by the walk's own rules."
+            "the wall of one by the walk's own rules until it is out, where the trial ends."
         ),
     ] = Model.FILAMENT,
     exit_width_mm: Annotated[
@@ -105,11 +104,13 @@ def simulate(
         one = _Trial(model, worm, camera, seed + index, width_mm, minutes)
         with progress_bar(place.name) as progress:
             if tracks_only:
-                _write_tables(one, place, progress)
+                _write_results_tables(one, place, progress)
             else:
-                counted = _counted(one.midlines(), progress, frames)
-                pictures = film(counted, one.rig, camera.filming(worm.body_width_mm))
+                lines = one.counted_midlines(progress)
+                pictures = film(lines, one.rig, camera.filming(worm.body_width_mm))
                 write_film(place, pictures, jpeg_quality=camera.jpeg_quality)
+        if one.escaped:
+            say(f"The worm is out after {one.frames / one.fps:.1f} s: the trial ends there.")
         if tracks_only:
             say(f"Results: {place}")
         else:
@@ -144,20 +145,36 @@ class _Trial:
     ):
         self._seed, self.exit_width_mm = seed, exit_width_mm
         self.fps, self._duration_s = camera.fps, 60.0 * minutes
+        self.frames = 0
         self.rig = camera.rig(exit_width_mm, seed)
         self.width_mm = worm.body_width_mm
         self._model = model
         self._worm = worm.walker(seed) if model is Model.WALK else worm.filament()
-        if model is Model.FILAMENT and 0.0 < exit_width_mm < NARROWEST * self.width_mm:
+        if model is Model.FILAMENT and 0.0 < exit_width_mm < LEAST_EXIT_WIDTHS * self.width_mm:
             raise BadInput(
                 f"--exit-width-mm is {exit_width_mm:g}: a body {self.width_mm:g} mm wide "
-                f"(--body-width-mm) needs {NARROWEST * self.width_mm:g} or more"
+                f"(--body-width-mm) needs {LEAST_EXIT_WIDTHS * self.width_mm:g} or more"
             )
+
+    @property
+    def escaped(self) -> bool:
+        """Whether the worm got out before the trial's time was over."""
+        return self.frames < round(self._duration_s * self.fps)
+
+    def counted_midlines(self, progress: Progress) -> Iterator[Floats]:
+        """Yield the worm at every frame; `frames` counts them."""
+        for line in self.midlines():
+            yield line
+            self.frames += 1
+            progress(self.frames, round(self._duration_s * self.fps))
+        progress(self.frames, self.frames)
 
     def midlines(self) -> Iterator[Floats]:
         """Yield the worm at every frame, in chamber a's frame, mm."""
         if isinstance(self._worm, Walker):
-            return midlines_mm(self._worm, paper.RADIUS_MM, self._duration_s, self.fps)
+            return midlines_mm(
+                self._worm, paper.RADIUS_MM, self._duration_s, self.fps, self.exit_width_mm
+            )
         from worm_model.filament.trial import frames
 
         return frames(
@@ -174,24 +191,17 @@ class _Trial:
         return {"simulated": self._model.value, "seed": self._seed, **numbers}
 
 
-def _write_tables(one: _Trial, place: Path, progress: Progress) -> None:
+def _write_results_tables(one: _Trial, place: Path, progress: Progress) -> None:
     """Write a results directory without pictures, bag and report."""
     check_out(place)
-    total = one.fps * one.provenance()["duration_s"]
     with results_directory(place) as partial, tempfile.TemporaryDirectory() as folder:
         tracks = Path(folder) / f"{place.name}.parquet"
-        midlines = _counted(one.midlines(), progress, total)
-        pq.write_table(track_table(midlines, one.fps, one.width_mm), tracks)
+        lines = one.counted_midlines(progress)
+        pq.write_table(track_table(lines, one.fps, one.width_mm), tracks)
         rig = TableRig(exit_width_mm=one.exit_width_mm or nan)
         analyse_tracks(
             TrackTable(tracks), rig, AnalysisParameters(), partial, source=one.provenance()
         )
-
-
-def _counted(items: Iterable[Item], progress: Progress, total: float) -> Iterator[Item]:
-    for count, item in enumerate(items, start=1):
-        yield item
-        progress(count, round(total))
 
 
 def _refuse_huge(out: Path, frames: float, frame_bytes: int) -> None:

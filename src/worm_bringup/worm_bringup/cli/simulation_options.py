@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from worm_bringup.cli.numbers import number, numbers
+from worm_bringup.cli.number_options import number, numbers
 from worm_model.filament.parameters import FilamentParameters
 from worm_model.simulator.rig import Optics, Rig
 from worm_model.simulator.rig.views import both_chambers, one_chamber
 from worm_model.simulator.worm import Walker
-from worm_msgs_py import limits
+from worm_msgs_py import limits, paper
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
 
@@ -23,7 +23,7 @@ _CAMERA, _WATER = "The camera", "Lamp and water"
 FILM_FPS = Limit(0.1, 1000.0, "frames/s")
 FILM_BODY_LENGTH, FILM_BODY_WIDTH = Limit(1.0, 60.0, "mm"), Limit(0.05, 5.0, "mm")
 FILM_SPEED = Limit(0.01, 10.0, "mm/s")
-FILM_STEP, FILM_EXCURSION = Limit(0.01, 100.0, "mm"), Limit(0.01, 8.0, "mm")
+FILM_STEP, FILM_EXCURSION = Limit(0.01, 100.0, "mm"), Limit(0.01, 2.0, "mm")
 FILM_SCALE = Limit(2.0, 200.0, "px/mm")
 NOISE, SHOT_NOISE = Limit(0.0, 255.0, "grey levels"), Limit(0.0, 100.0, "grey levels")
 BLUR, EXPOSURE = Limit(0.0, 50.0, "px"), Limit(0.0, 10_000.0, "ms")
@@ -58,7 +58,8 @@ class WormOptions:
         float | None,
         number(
             FILM_SPEED,
-            help="Of a free worm, or of the walk along the wall; the model's own where not given.",
+            help="Of a free filament; of the walk v_w: it goes v_w sin ψ_b along the wall. "
+            "The model's own where not given.",
             rich_help_panel=_WORM,
         ),
     ] = None
@@ -92,13 +93,22 @@ class WormOptions:
         return replace(worm, crawl_speed_mm_s=self.speed_mm_s)
 
     def walker(self, seed: int) -> Walker:
-        """Return the worm that walks along the wall."""
+        """Return the worm that walks along the wall; `BadInput` where there is no such one."""
+        if self.length_mm > paper.PASSAGE_LENGTH_MM:
+            raise BadInput(
+                f"--length-mm is {self.length_mm:g}: the walk ends when all of the worm is in the "
+                f"passage, which is {paper.PASSAGE_LENGTH_MM:g} mm long; give a shorter worm, or "
+                "leave out --model walk"
+            )
         options = self._walk_options()
         given: dict[str, Any] = {_WALKER[name]: value for name, value in options.items()}
         if self.speed_mm_s is not None:
             given["speed_mm_s"] = self.speed_mm_s
         worm = Walker(length_mm=self.length_mm, width_mm=self.body_width_mm, seed=seed)
-        return replace(worm, **given)
+        try:
+            return replace(worm, **given)
+        except ValueError as error:
+            raise BadInput(f"--excursion-mm and --hop-mm: {error}") from None
 
     def _walk_options(self) -> dict[str, float]:
         given = {name: getattr(self, name) for name in _WALKER}

@@ -34,18 +34,17 @@ from threadpoolctl import threadpool_limits
 
 from worm_bringup.freed_memory import keep_freed_memory, lasting_objects_left_alone
 from worm_bringup.graph.node_spec import NodeSpec
-from worm_msgs_py.errors import BadInput
+from worm_msgs_py.errors import BAD_INPUT, BadInput
 from worm_msgs_py.ros.running import TICK_S
 from worm_tracker.sources.source_node import SourceNode, spin_source, until_stopped
 
 MATCH_TIMEOUT_S = 20.0
-BAD_INPUT_STATUS = 2
 _HOUSEKEEPING = ("/rosout", "/parameter_events", "/diagnostics")
 _PROGRESS_EVERY_S = 0.1
 _ALIVE_EVERY_S = 1.0
 
 
-class Leash:
+class ParentPipes:
     """The child's end of the two pipes."""
 
     def __init__(self, out: TextIO) -> None:
@@ -112,9 +111,9 @@ def unmatched(node: Node, peers: dict[str, dict[str, int]]) -> list[str]:
     return sorted(set(waiting))
 
 
-def _meet(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
+def _meet(executor: SingleThreadedExecutor, node: Node, parent: ParentPipes) -> None:
     """Wait until every peer is connected, so that not even the first frame is lost."""
-    leash.say(
+    parent.say(
         ready=endpoints(node),
         finite=hasattr(node, "done"),
         endless=getattr(node, "endless", False),
@@ -122,14 +121,14 @@ def _meet(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
     )
     deadline_s = time.monotonic() + MATCH_TIMEOUT_S
     said = False
-    while not leash.may_go and not leash.must_end.is_set():
+    while not parent.may_go and not parent.must_end.is_set():
         executor.spin_once(timeout_sec=TICK_S / 10)
-        leash.beat()
-        if leash.peers is None or said:
+        parent.beat()
+        if parent.peers is None or said:
             continue
-        waiting = unmatched(node, leash.peers)
+        waiting = unmatched(node, parent.peers)
         if not waiting:
-            leash.say(matched=True)
+            parent.say(matched=True)
             said = True
         elif time.monotonic() > deadline_s:
             raise RuntimeError(
@@ -138,36 +137,36 @@ def _meet(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
             )
 
 
-def _work(executor: SingleThreadedExecutor, node: Node, leash: Leash) -> None:
+def _work(executor: SingleThreadedExecutor, node: Node, parent: ParentPipes) -> None:
     """Run the node until the parent says that all is done."""
     said_s = 0.0
-    goes_on = until_stopped(node, leash.must_finish) if isinstance(node, SourceNode) else None
+    goes_on = until_stopped(node, parent.must_finish) if isinstance(node, SourceNode) else None
 
     def keep_on() -> bool:
         nonlocal said_s
-        leash.beat()
+        parent.beat()
         if goes_on is not None:
             goes_on()
         if time.monotonic() - said_s > _PROGRESS_EVERY_S:
             said_s = time.monotonic()
-            leash.say(progress=[node.sent, node.expected])
-        return not leash.must_end.is_set()
+            parent.say(progress=[node.sent, node.expected])
+        return not parent.must_end.is_set()
 
     if isinstance(node, SourceNode):
         spin_source(executor, node, keep_on, heed_window=True)
-        leash.say(progress=[node.sent, node.expected], ended_early=node.ended_early)
+        parent.say(progress=[node.sent, node.expected], ended_early=node.ended_early)
     done = False
-    while not leash.must_end.is_set():
-        leash.beat()
+    while not parent.must_end.is_set():
+        parent.beat()
         if not done and getattr(node, "done", False):
-            leash.say(done=True)
+            parent.say(done=True)
             done = True
         executor.spin_once(timeout_sec=TICK_S)
     if not getattr(node, "done", True):
-        leash.say(late=getattr(node, "missing", "") or f"{node.get_name()} has not ended")
+        parent.say(late=getattr(node, "missing", "") or f"{node.get_name()} has not ended")
 
 
-def run(spec: NodeSpec, namespace: str, leash: Leash) -> int:
+def run(spec: NodeSpec, namespace: str, parent: ParentPipes) -> int:
     """Make the node, meet the others, work, end; return the exit status."""
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
@@ -175,15 +174,15 @@ def run(spec: NodeSpec, namespace: str, leash: Leash) -> int:
         try:
             executor = SingleThreadedExecutor()
             executor.add_node(node)
-            threading.Thread(target=leash.listen, args=(executor.wake,), daemon=True).start()
-            _meet(executor, node, leash)
+            threading.Thread(target=parent.listen, args=(executor.wake,), daemon=True).start()
+            _meet(executor, node, parent)
             with lasting_objects_left_alone():
-                _work(executor, node, leash)
+                _work(executor, node, parent)
         finally:
             node.destroy_node()
     except BadInput as error:
-        leash.say(error=str(error))
-        return BAD_INPUT_STATUS
+        parent.say(error=str(error))
+        return BAD_INPUT
     finally:
         rclpy.try_shutdown()
     return 0
@@ -193,18 +192,18 @@ def main() -> int:
     """Run ``python -m worm_bringup.graph.child_process MODULE NAME NAMESPACE``."""
     module, name, namespace = sys.argv[1:]
     # Standard output belongs to the parent: what a library prints goes to standard error.
-    leash = Leash(os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8"))
+    parent = ParentPipes(os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8"))
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     faulthandler.register(signal.SIGUSR1)  # a hanging node says where it hangs
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, lambda *_: leash.must_end.set())
+    signal.signal(signal.SIGTERM, lambda *_: parent.must_end.set())
     keep_freed_memory()
     threadpool_limits(1)  # as in one process: see graph.run_in_process
     first = sys.stdin.readline()
     if not first:  # the parent is gone
         return 1
-    return run(NodeSpec.from_yaml(module, name, json.loads(first)["parameters"]), namespace, leash)
+    return run(NodeSpec.from_yaml(module, name, json.loads(first)["parameters"]), namespace, parent)
 
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ def check_apart(outputs: Mapping[str, Path | None], inputs: Mapping[str, Path]) 
     pairs = [(one, other) for k, one in enumerate(given) for other in given[k + 1 :]]
     pairs += [(one, (name, path)) for one in given for name, path in inputs.items()]
     for (option, path), (name, other) in pairs:
-        for part in _parts(other) if (name, other) not in given else (other,):
+        for part in _with_linked(other) if (name, other) not in given else (other,):
             relation = _relation(path, part)
             if relation:
                 raise BadInput(
@@ -87,7 +87,7 @@ def _identities(place: Path) -> Iterator[_Identity]:
         yield found.st_dev, found.st_ino
 
 
-def _parts(given: Path) -> Iterable[Path]:
+def _with_linked(given: Path) -> Iterable[Path]:
     """Return an input and what it links to."""
     yield given
     for folder, folders, files in os.walk(given):  # of a file: nothing

@@ -14,6 +14,7 @@ from typing import TypeGuard
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from worm_bringup.outputs.directory_swap import put_in_place_of
 from worm_bringup.outputs.earlier_result import (
     TRIAL,
     ResultKind,
@@ -22,7 +23,6 @@ from worm_bringup.outputs.earlier_result import (
     why_corrections_are_lost,
     why_not_replaceable,
 )
-from worm_bringup.outputs.exchange import put_in_place_of
 from worm_bringup.outputs.output_lock import InUse, is_in_use, output_lock
 from worm_bringup.outputs.output_rules import resolve_out
 from worm_msgs_py.errors import BadInput
@@ -60,7 +60,7 @@ def check_out(out: Path, kind: ResultKind = TRIAL) -> None:
         As from `results_directory`.
     """
     place = resolve_out(out)
-    with _told_in_a_line(out):
+    with _output_errors_in_a_line(out):
         _check_place(place, out, kind)
         if is_in_use(place):
             raise InUse
@@ -96,11 +96,11 @@ def results_directory(out: Path, kind: ResultKind = TRIAL, *, live: bool = False
     """
     place = resolve_out(out)
     with ExitStack() as stack:
-        with _told_in_a_line(out):
+        with _output_errors_in_a_line(out):
             _check_place(place, out, kind)
             place.parent.mkdir(parents=True, exist_ok=True)
             if stack.enter_context(output_lock(place)):
-                _tidy(place, out, kind)
+                _remove_leftovers(place, out, kind)
             _check_place(place, out, kind)
             partial = _new_beside(place, "live" if live else "partial")
             partial.mkdir()
@@ -129,13 +129,17 @@ def _save_or_remove(
     if not holds_summary(partial):
         if live and _has_frames(partial):
             unfinished = place.with_name(f"{place.name}-unfinished")
-            kept = _shown(_keep(partial, unfinished, try_first=unfinished), out)
-            _tell(f"{kept}: the tables and the bag of the trial until then, without a summary")
+            kept = _path_for_people(_keep(partial, unfinished, try_first=unfinished), out)
+            _print_line(
+                f"{kept}: the tables and the bag of the trial until then, without a summary"
+            )
             return
         with suppress(OSError):
             remove_result(partial, kind)
         return
-    raise without_report(_shown(_keep(partial, place, try_first=place), out), error) from error
+    raise without_report(
+        _path_for_people(_keep(partial, place, try_first=place), out), error
+    ) from error
 
 
 @contextmanager
@@ -149,7 +153,7 @@ def report_afterwards(out: Path) -> Iterator[Path]:
     """
     try:
         with output_lock(resolve_out(out)):
-            _tell(f"{out}: the results are whole; now their report (Ctrl-C leaves it out)")
+            _print_line(f"{out}: the results are whole; now their report (Ctrl-C leaves it out)")
             yield resolve_out(out)
     except InUse:
         raise without_report(out, RuntimeError("another run is writing there")) from None
@@ -176,7 +180,7 @@ def _finish(partial: Path, place: Path, out: Path, kind: ResultKind) -> None:
     except OSError as error:
         why = f"cannot be replaced ({error.strerror})"
     if why:
-        kept = _shown(_keep(partial, place), out)
+        kept = _path_for_people(_keep(partial, place), out)
         raise Kept(f"{out}: {why}; the new results are whole and kept in {kept}", kept)
 
 
@@ -206,7 +210,7 @@ def _put_in_place(partial: Path, place: Path, kind: ResultKind) -> str:
         return why
     if not remove_result(aside, kind):
         left = _keep(aside, place)
-        _tell(f"{left}: what was written into {place} just now")
+        _print_line(f"{left}: what was written into {place} just now")
     return ""
 
 
@@ -221,7 +225,7 @@ def _keep(partial: Path, place: Path, *, try_first: Path | None = None) -> Path:
     return partial
 
 
-def _tidy(place: Path, out: Path, kind: ResultKind) -> None:
+def _remove_leftovers(place: Path, out: Path, kind: ResultKind) -> None:
     """Put right what killed processes have left; the lock says that none of them is alive."""
     for item in sorted(place.parent.glob(f".{escape(place.name)}.*-????????")):
         purpose = item.name.removeprefix(f".{place.name}.").rpartition("-")[0]
@@ -230,15 +234,19 @@ def _tidy(place: Path, out: Path, kind: ResultKind) -> None:
         if purpose == "old" and not place.exists() and holds_summary(item):
             item.rename(place)  # killed between two renames
         elif purpose in ("partial", "live") and holds_summary(item):
-            kept = _shown(_keep(item, place), out)
-            _tell(f"{kept}: finished results of a run into {out} that was killed")
+            kept = _path_for_people(_keep(item, place), out)
+            _print_line(f"{kept}: finished results of a run into {out} that was killed")
         elif purpose == "old" and why_corrections_are_lost(item, _corrections_in(place)):
-            kept = _shown(_keep(item, place), out)
-            _tell(f"{kept}: what a run into {out} that was killed has replaced, with corrections")
+            kept = _path_for_people(_keep(item, place), out)
+            _print_line(
+                f"{kept}: what a run into {out} that was killed has replaced, with corrections"
+            )
         elif purpose in ("old", "partial"):
             remove_result(item, kind)
         elif purpose == "live":
-            _tell(f"{_shown(item, out)}: what is left of a live trial that was killed")
+            _print_line(
+                f"{_path_for_people(item, out)}: what is left of a live trial that was killed"
+            )
 
 
 def _corrections_in(place: Path) -> tuple[Correction, ...]:
@@ -249,7 +257,7 @@ def _corrections_in(place: Path) -> tuple[Correction, ...]:
         return ()
 
 
-def _tell(said: str) -> None:
+def _print_line(said: str) -> None:
     print(f"worm: {printable(said)}", file=sys.stderr)
 
 
@@ -278,7 +286,7 @@ def _sync(directory: Path) -> None:
             os.close(handle)
 
 
-def _shown(directory: Path, out: Path) -> Path:
+def _path_for_people(directory: Path, out: Path) -> Path:
     """Return the directory as a person would name it who says `out`."""
     short = out.parent / directory.name
     return short if short.exists() and short.samefile(directory) else directory
@@ -289,7 +297,7 @@ def _in_a_line(error: BaseException) -> str:
 
 
 @contextmanager
-def _told_in_a_line(out: Path) -> Iterator[None]:
+def _output_errors_in_a_line(out: Path) -> Iterator[None]:
     try:
         yield
     except InUse:

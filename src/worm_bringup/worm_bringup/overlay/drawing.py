@@ -37,7 +37,7 @@ def draw_over(grey: Picture, shapes: Shapes) -> NDArray[np.uint8]:
             blended = cv2.addWeighted(layer, opacity, picture, 1.0 - opacity, 0.0)
             picture = np.asarray(blended, np.uint8)
     if shapes.text:
-        _write(picture, shapes.text)
+        _write_text(picture, shapes.text)
     return picture
 
 
@@ -46,13 +46,13 @@ def _draw_all(picture: NDArray[np.uint8], items: Iterable[Polyline | Circle]) ->
         red, green, blue = bytes.fromhex(item.ink.colour[1:])
         colour, thick = (blue, green, red), max(1, round(item.thick_px))
         closed = isinstance(item, Circle)  # OpenCV's own circles have corners of a pixel
-        points = _fixed(circle_points(item) if isinstance(item, Circle) else item.points_px)
+        points = _in_sixteenths(circle_points(item) if isinstance(item, Circle) else item.points_px)
         if isinstance(item, Circle) and item.filled:
             cv2.fillPoly(picture, [points], colour, cv2.LINE_AA, _SHIFT)
         cv2.polylines(picture, [points], closed, colour, thick, cv2.LINE_AA, _SHIFT)
 
 
-def _write(picture: NDArray[np.uint8], text: str) -> None:
+def _write_text(picture: NDArray[np.uint8], text: str) -> None:
     """Write white on black into the upper left corner."""
     (wide, high), below = cv2.getTextSize(text, _FACE, _TEXT_SIZE, 1)
     u, v = _TEXT_AT
@@ -61,5 +61,5 @@ def _write(picture: NDArray[np.uint8], text: str) -> None:
     cv2.putText(picture, text, _TEXT_AT, _FACE, _TEXT_SIZE, (255, 255, 255), 1, cv2.LINE_AA)
 
 
-def _fixed(places: NDArray[np.float64]) -> NDArray[np.int32]:
+def _in_sixteenths(places: NDArray[np.float64]) -> NDArray[np.int32]:
     return np.rint(places * (1 << _SHIFT)).astype(np.int32)

@@ -78,19 +78,21 @@ def write_overlay_film(results: Path, out: Path, bag: Path | None, progress: Rep
     own = results / "bag"
     if not own.is_dir():
         raise BadInput(f"{results}: has no bag/ with the midlines: replay the trial again")
-    source = _source(results, own, bag, summary)
-    stamps = [convert.stamp_to_ns(msg.header.stamp) for msg in _messages(own, topics.WORM_STATE)]
+    source = _film_source(results, own, bag, summary)
+    stamps = [
+        convert.stamp_to_ns(msg.header.stamp) for msg in _messages_of_topic(own, topics.WORM_STATE)
+    ]
     with new_file(out) as unfinished:
         film = unfinished.with_name(unfinished.name + out.suffix)  # which OpenCV goes by
         try:
-            count = _write(film, _fps(stamps), _drawn(own, source), len(stamps), progress)
+            count = _write_film(film, _fps(stamps), _drawn(own, source), len(stamps), progress)
             film.replace(unfinished)
         finally:
             film.unlink(missing_ok=True)
     return count
 
 
-def _source(results: Path, own: Path, bag: Path | None, summary: Mapping[str, Any]) -> _Source:
+def _film_source(results: Path, own: Path, bag: Path | None, summary: Mapping[str, Any]) -> _Source:
     if bag is None:
         with closing(SoundBag(own, MAX_CHUNK_MIB)) as found:
             names = {name.lstrip("/") for name, _ in found.counts}
@@ -111,21 +113,21 @@ def _source(results: Path, own: Path, bag: Path | None, summary: Mapping[str, An
     )
 
 
-def _messages(bag: Path, topic: str) -> Iterator[Any]:
+def _messages_of_topic(bag: Path, topic: str) -> Iterator[Any]:
     kind = PointCloud2 if topic == topics.WORM_MIDLINE else JointState
     with closing(SoundBag(bag, MAX_CHUNK_MIB)) as found:
         for message in found.found("/" + topic, None):
             yield deserialize_message(message.data, kind)
 
 
-def _frames(bag: Path) -> Iterator[JoinedFrame]:
+def _frames_of_bag(bag: Path) -> Iterator[JoinedFrame]:
     """Yield every frame of a result's bag."""
     join = FrameJoin()
     try:
-        for msg in _messages(bag, topics.CHAMBER_GEOMETRY):
+        for msg in _messages_of_topic(bag, topics.CHAMBER_GEOMETRY):
             yield from join.add_geometry(convert.geometry_from_msg(msg))
-        states = _messages(bag, topics.WORM_STATE)
-        midlines = _messages(bag, topics.WORM_MIDLINE)
+        states = _messages_of_topic(bag, topics.WORM_STATE)
+        midlines = _messages_of_topic(bag, topics.WORM_MIDLINE)
         for state, midline in zip(states, midlines, strict=True):
             yield from join.add_state(convert.body_state_from_msg(state))
             yield from join.add_midline(convert.midline_from_msg(midline))
@@ -135,7 +137,7 @@ def _frames(bag: Path) -> Iterator[JoinedFrame]:
         raise BadInput(f"{bag}: {why}") from error
 
 
-def _pictures(source: _Source) -> Iterator[tuple[Grey, int]]:
+def _pictures_of_bag(source: _Source) -> Iterator[tuple[Grey, int]]:
     """Yield picture and stamp of every message; an empty picture where it cannot be read."""
     with BagPictures(
         source.bag,
@@ -149,11 +151,11 @@ def _pictures(source: _Source) -> Iterator[tuple[Grey, int]]:
 
 def _drawn(bag: Path, source: _Source) -> Iterator[Picture]:
     """Yield every frame of the film; a picture that cannot be used is black, and says so."""
-    first = next((grey for grey, _ in _pictures(source) if grey.size), None)
+    first = next((grey for grey, _ in _pictures_of_bag(source) if grey.size), None)
     if first is None:
         raise BadInput(f"{source.bag}: not one picture can be read")
-    pictures, blank = _pictures(source), np.zeros_like(first)
-    for frame in _frames(bag):
+    pictures, blank = _pictures_of_bag(source), np.zeros_like(first)
+    for frame in _frames_of_bag(bag):
         grey, stamp_ns = next(pictures, (blank, None))
         if stamp_ns != frame.state.stamp_ns:
             raise BadInput(
@@ -171,7 +173,9 @@ def _fps(stamps: list[int]) -> float:
     return float(np.clip(1.0 / between_s if between_s > 0 else _LONE_FPS, _LEAST_FPS, _MOST_FPS))
 
 
-def _write(film: Path, fps: float, frames: Iterator[Picture], expected: int, told: Report) -> int:
+def _write_film(
+    film: Path, fps: float, frames: Iterator[Picture], expected: int, told: Report
+) -> int:
     """Write a film; BadInput where OpenCV cannot, which says so by what it has left out."""
     count = 0
     with ExitStack() as stack:

@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
-from worm_bringup.overlay.foxglove_server import DEFAULT_PORT, HOST, FoxgloveServer
+from worm_bringup.overlay.foxglove_server import DEFAULT_PORT, FoxgloveServer
 from worm_bringup.overlay.plain_numbers import (
     CORRELATION_TOPIC,
     NUMBERS_TOPIC,
@@ -25,6 +25,7 @@ from worm_msgs_py.contract.frames import CAMERA
 from worm_msgs_py.declarations import Declaration
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.limits import Limit
+from worm_msgs_py.ros.network import LOOPBACK
 from worm_msgs_py.ros.qos import LATCHED
 from worm_msgs_py.ros.running import run_alone
 from worm_tracker.sources.bags.serialized_images import stamp_of, with_frame_id
@@ -47,7 +48,7 @@ class FoxgloveNode(WatchingNode):
     """
 
     PARAMETERS = (
-        Declaration("host", HOST, "Address to listen at; 127.0.0.1 is this machine alone."),
+        Declaration("host", LOOPBACK, "Address to listen at; 127.0.0.1 is this machine alone."),
         Declaration("port", DEFAULT_PORT, "Port to listen at; 0: any that is free.", PORT),
         OF_JPEG,
     )

@@ -10,7 +10,7 @@ from worm_bringup.overlay.viewer_messages import TYPE_OF_TOPIC, TYPES
 from worm_msgs_py import topics
 from worm_msgs_py.errors import BadInput
 
-HOST, DEFAULT_PORT = "127.0.0.1", 8765
+DEFAULT_PORT = 8765
 FORWARDED = {
     topics.WORM_STATE: "sensor_msgs/msg/JointState",
     topics.WORM_MIDLINE: "sensor_msgs/msg/PointCloud2",
@@ -63,7 +63,10 @@ class FoxgloveServer:
         context = self._context = foxglove.Context()  # which its channels end with
         self._channels = {
             topic: foxglove.Channel(
-                "/" + topic, schema=_schema(foxglove, kind), message_encoding="cdr", context=context
+                "/" + topic,
+                schema=_foxglove_schema(foxglove, kind),
+                message_encoding="cdr",
+                context=context,
             )
             for topic, kind in SERVED.items()
         }
@@ -126,6 +129,6 @@ class FoxgloveServer:
         self._server.stop()
 
 
-def _schema(foxglove: Any, kind: str) -> Any:
+def _foxglove_schema(foxglove: Any, kind: str) -> Any:
     definition, _ = TYPES.generate_msgdef(kind, ros_version=2)
     return foxglove.Schema(name=kind, encoding="ros2msg", data=definition.encode())

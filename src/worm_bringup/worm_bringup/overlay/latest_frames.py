@@ -5,7 +5,7 @@ from threading import Lock
 
 from worm_tracker.sources.bags.serialized_images import stamp_of
 
-_KEPT = 16
+_MOST_INCOMPLETE = 16
 """Frames of which some parts have come. Pictures come before their states, which the tracker may
 hold back: of a longer burst the last frames have their pictures, and they are what is shown."""
 
@@ -37,7 +37,7 @@ class LatestFrames:
             parts = self._waiting.setdefault(stamp_ns, {})
             parts[topic] = data
             if not parts.keys() >= self._needed:
-                for old in sorted(self._waiting)[:-_KEPT]:
+                for old in sorted(self._waiting)[:-_MOST_INCOMPLETE]:
                     del self._waiting[old]
                 return False
             self._whole = stamp_ns, parts

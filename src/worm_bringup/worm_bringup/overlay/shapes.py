@@ -24,13 +24,13 @@ from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY, BodyState, Midline
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.contract.status import Status
 
-PALE = 0.45
+DOUBTFUL_OPACITY = 0.45
 """Opacity of what is in doubt."""
 _THICK_PX = 1.5
 _LEAST_DOT_PX = 5.0
 _DOT_WIDTHS = 0.8
 """A keypoint's dot in widths of the body: the body's edges stay to be seen beside it."""
-_RING = 2.0
+_RING_OVER_DOT = 2.0
 """A ring is so much larger than a dot: one that is small would look filled."""
 _MIDLINE_WITHIN_PX = 0.2
 """A midline is drawn through the fewest of its points that keep all others so near."""
@@ -104,8 +104,8 @@ def shapes_of(state: BodyState, midline: Midline, geometry: Geometry | None) -> 
     geometry : Geometry, optional
         The rig in this frame; None where it is not known.
     """
-    ink = 1.0 if state.status is Status.TRACKED else PALE
-    body = tuple(Polyline(part, Ink(MIDLINE_COLOUR, ink)) for part in _parts(midline))
+    ink = 1.0 if state.status is Status.TRACKED else DOUBTFUL_OPACITY
+    body = tuple(Polyline(part, Ink(MIDLINE_COLOUR, ink)) for part in _seen_stretches(midline))
     rig = shapes_of_rig(geometry) if geometry is not None else ()
     return Shapes((*rig, *body, *_dots(state, ink)), _doubt(state))
 
@@ -126,7 +126,7 @@ def _exit(chamber: Chamber) -> Polyline:
     return Polyline(np.stack(chamber.to_pixels(x, y), axis=1), Ink(EXIT_COLOUR), 2 * _THICK_PX)
 
 
-def _parts(midline: Midline) -> list[Floats]:
+def _seen_stretches(midline: Midline) -> list[Floats]:
     """Return the stretches of a midline that were seen, through as few points as will do."""
     points = np.stack([midline.u_px, midline.v_px], axis=1)
     seen = np.isfinite(points).all(axis=1)
@@ -148,7 +148,7 @@ def _dots(state: BodyState, opacity: float) -> tuple[Circle, ...]:
         point = getattr(state, name)
         if isfinite(point.u_px) and isfinite(point.v_px):
             filled = name == "centroid" or state.head_certainty >= SURE_HEAD_CERTAINTY
-            size_px = radius_px if filled else _RING * radius_px
+            size_px = radius_px if filled else _RING_OVER_DOT * radius_px
             ink = Ink(colour, opacity)
             dots.append(Circle(point.u_px, point.v_px, size_px, ink, filled))
     return tuple(dots)

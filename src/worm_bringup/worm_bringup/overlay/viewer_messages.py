@@ -117,14 +117,14 @@ def shapes_to_cdr(shapes: Shapes, stamp_ns: int) -> bytes:
     time = _TIME(*divmod(stamp_ns, NS_PER_S))
     texts = [_text(shapes.text, time)] if shapes.text else []
     message = _OF[ANNOTATIONS_TYPE](
-        circles=[_circle(circle, time) for circle in shapes.circles],
-        points=[_line(line, time) for line in shapes.lines],
+        circles=[_circle_msg(circle, time) for circle in shapes.circles],
+        points=[_polyline_msg(line, time) for line in shapes.lines],
         texts=texts,
     )
     return bytes(TYPES.serialize_cdr(message, ANNOTATIONS_TYPE))
 
 
-def _circle(circle: Circle, time: Any) -> Any:
+def _circle_msg(circle: Circle, time: Any) -> Any:
     colour = _colour(circle.ink)
     return _CIRCLE(
         timestamp=time,
@@ -136,11 +136,11 @@ def _circle(circle: Circle, time: Any) -> Any:
     )
 
 
-def _line(line: Polyline, time: Any) -> Any:
+def _polyline_msg(line: Polyline, time: Any) -> Any:
     return _POLYLINE(
         timestamp=time,
         type=_LINE_STRIP,
-        points=_points(line.points_px),
+        points=_point_msgs(line.points_px),
         outline_color=_colour(line.ink),
         outline_colors=[],
         fill_color=_NO_COLOR,
@@ -168,5 +168,5 @@ def _point(u_px: float, v_px: float) -> Any:
     return _POINT(float(u_px) + _TO_CORNER_PX, float(v_px) + _TO_CORNER_PX)
 
 
-def _points(points_px: Floats) -> list[Any]:
+def _point_msgs(points_px: Floats) -> list[Any]:
     return [_POINT(u, v) for u, v in (np.asarray(points_px) + _TO_CORNER_PX).tolist()]

@@ -40,7 +40,7 @@ Journal = list[tuple[str, bytes]]
 
 
 @contextmanager
-def _told_in_a_line() -> Iterator[None]:
+def _full_disk_in_a_line() -> Iterator[None]:
     """Let a full disk be one line, also from a process of its own."""
     try:
         yield
@@ -113,7 +113,7 @@ class RecorderNode(WormNode):
         player = json.loads(self.read_parameter("pictures"))
         self._pictures = CopiedPictures(player) if player else None
         self._bag_dropped = False
-        with _told_in_a_line():
+        with _full_disk_in_a_line():
             self._recording = Recording(out)
             corrections = corrections_from_json(self.read_parameter(CORRECTIONS.name))
             self._recording.trial.corrections.extend(corrections)
@@ -218,7 +218,7 @@ class RecorderNode(WormNode):
         }
 
     def _take(self, topic: str, kind: type, data: bytes) -> None:
-        with _told_in_a_line():
+        with _full_disk_in_a_line():
             self._write(topic, kind, data)
 
     def _write(self, topic: str, kind: type, data: bytes) -> None:
@@ -295,7 +295,7 @@ class RecorderNode(WormNode):
     def _has_all(self) -> bool:
         return self._end.frames is not None and not self.missing
 
-    @_told_in_a_line()
+    @_full_disk_in_a_line()
     def _finish(self) -> None:
         assert self._end.frames is not None
         self._recording.trial.frames_read = self._end.frames

@@ -85,7 +85,7 @@ def read_rig(files: Sequence[Path] | None, namespace: str = "") -> RigParameters
     """
     told: dict[str, dict[str, Any]] = {}
     for file in files or ():
-        for node, parameters in _read(file, namespace).items():
+        for node, parameters in _read_parameters(file, namespace).items():
             told.setdefault(node, {}).update(parameters)
     for node, kind in _WHOLE.items():
         own = {k: v for k, v in told.get(node, {}).items() if k in kind.__dataclass_fields__}
@@ -96,7 +96,7 @@ def read_rig(files: Sequence[Path] | None, namespace: str = "") -> RigParameters
     return RigParameters(tuple(files or ()), told)
 
 
-def _read(file: Path, namespace: str) -> dict[str, dict[str, Any]]:
+def _read_parameters(file: Path, namespace: str) -> dict[str, dict[str, Any]]:
     told: dict[str, dict[str, Any]] = {}
     for section, entry in _sections(file).items():
         given = entry.get("ros__parameters") if isinstance(entry, dict) else None

@@ -28,7 +28,7 @@ def track_table(midlines_mm: Iterable[Floats], frames_per_s: float, width_mm: fl
         Stamp, head, centroid of the body's area and tail in chamber a's millimetres, the head's
         direction, length and width. Where strands lie on each other the area counts twice.
     """
-    rows = [_row(line, width_mm) for line in midlines_mm]
+    rows = [_track_row(line, width_mm) for line in midlines_mm]
     values = np.array(rows).reshape(-1, len(_TRACK_COLUMNS))
     columns = dict(zip(_TRACK_COLUMNS, values.T, strict=True))
     stamps = [frame_stamp_ns(frame, frames_per_s) for frame in range(len(rows))]
@@ -41,7 +41,7 @@ _TRACK_COLUMNS = (
 )  # fmt: skip
 
 
-def _row(line: Floats, width_mm: float) -> tuple[float, ...]:
+def _track_row(line: Floats, width_mm: float) -> tuple[float, ...]:
     step = np.hypot(*np.diff(line, axis=0).T)
     s = np.r_[0.0, np.cumsum(step)]
     width = tapered(s / width_mm)

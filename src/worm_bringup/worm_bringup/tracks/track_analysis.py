@@ -41,7 +41,7 @@ from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.errors import BadInput
 from worm_msgs_py.units import MM_PER_M
 
-STRAY = 1.1
+STRAY_RADIUS = 1.1
 """Heads farther from the centre than this, in units of R, are not in the chamber that they say."""
 MOST_STRAY = 0.5
 MODEL = ModelParameters()
@@ -110,7 +110,7 @@ def analyse_tracks(
     trial = run.record(lacking)
     write_sums(out / "sums.parquet", _without_lacking(run.analysis.sums(), lacking))
     source = source or {"table": table.path.name, "sha256": file_hash(table.path)}
-    settings = {"rig": _told(rig), "analysis": asdict(parameters), "model": asdict(MODEL)}
+    settings = {"rig": _rig_provenance(rig), "analysis": asdict(parameters), "model": asdict(MODEL)}
     document = provenance(source, settings) | ({"trial": dict(metadata)} if metadata else {})
     write_summary(out / "summary.json", build_summary(trial, document))
 
@@ -204,7 +204,10 @@ class _TableRun:
             self._statuses[Status(int(code)).label] += int(count)
         x, y = placed.x_mm["head"], placed.y_mm["head"]
         inside = (placed.where == Where.CHAMBER_A) | (placed.where == Where.CHAMBER_B)
-        r_mm, most_mm = np.hypot(x, y), STRAY * self._geometry.chambers[0].radius_m * MM_PER_M
+        r_mm, most_mm = (
+            np.hypot(x, y),
+            STRAY_RADIUS * self._geometry.chambers[0].radius_m * MM_PER_M,
+        )
         strayed = r_mm > np.where(
             inside, most_mm, most_mm + self._geometry.passage_length_m * MM_PER_M
         )
@@ -348,7 +351,7 @@ def _seen(geometry: Geometry, names: set[str], rig: TableRig) -> Geometry:
     return replace(geometry, chambers=tuple(kept or geometry.chambers[:1]))
 
 
-def _told(rig: TableRig) -> dict[str, Any]:
+def _rig_provenance(rig: TableRig) -> dict[str, Any]:
     """Return the rig for the provenance: what was told, or that it is that of the tracks."""
     told = {name: value for name, value in asdict(rig).items() if name != "known"}
     return {**told, "from_summary": rig.known is not None}

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import BadInput
+from worm_msgs_py.units import NS_PER_S
 
-NS = 1e9
 SHORTEST_STEP_S, LONGEST_STEP_S = 1e-4, 10.0
 """Between two rows: 10,000 frames a second, and a picture in ten seconds."""
 FASTEST_MM_S = 1000.0
@@ -38,7 +38,7 @@ def refuse_wrong_units(
     """
     if len(stamp_ns) < 2:
         return
-    step_s = np.diff(stamp_ns) / NS
+    step_s = np.diff(stamp_ns) / NS_PER_S
     _refuse_times(path, time_column, float(np.median(step_s)))
     _refuse_speed(path, values, step_s)
     _refuse_radians(path, values)
@@ -47,7 +47,7 @@ def refuse_wrong_units(
 def _refuse_times(path: Path, column: str, step_s: float) -> None:
     if SHORTEST_STEP_S <= step_s <= LONGEST_STEP_S:
         return
-    written = step_s if column == "time_s" else step_s * NS
+    written = step_s if column == "time_s" else step_s * NS_PER_S
     unit, size = ("s", 1.0) if column == "time_s" else ("ns", 1e-9)
     others = (("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9), ("s", 1.0))
     meant = [

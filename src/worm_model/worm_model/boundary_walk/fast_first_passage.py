@@ -12,14 +12,14 @@ from math import ceil, inf, log, log2
 import numpy as np
 
 from worm_model.boundary_walk.first_passage import SolvedWalk
-from worm_model.boundary_walk.laplace_inversion import LATEST, Contour
+from worm_model.boundary_walk.laplace_inversion import LATEST_OVER_PERIOD, Contour
 from worm_model.boundary_walk.relative_state import relative_state_of
 from worm_model.boundary_walk.singular_paths import singular_terms_of
 from worm_model.boundary_walk.state import WalkState
 from worm_model.boundary_walk.transform import solve_transform
 from worm_msgs_py.arrays import Floats
 
-_MEANS = 4.2
+_QUANTILE_IN_MEANS = 4.2
 """The 95 % quantile from the worst state is below so many ⟨τ_h⟩, but for odd walks."""
 _STEP_S = 0.6
 _FEWEST_FAST_TERMS, _MOST_FAST_TERMS = 2048, 8192
@@ -40,7 +40,9 @@ class FastFirstPassage:
 
     def __init__(self, solved: SolvedWalk, longest_s: float):
         walk = self._walk = solved.parameters
-        period_s = max(_MEANS * solved.first_passage().mean_s, longest_s) / LATEST
+        period_s = (
+            max(_QUANTILE_IN_MEANS * solved.first_passage().mean_s, longest_s) / LATEST_OVER_PERIOD
+        )
         terms = min(max(2 ** ceil(log2(period_s / _STEP_S)), _FEWEST_FAST_TERMS), _MOST_FAST_TERMS)
         self._contour = Contour(period_s, terms)
         self._s = self._contour.s

@@ -10,7 +10,7 @@ from math import ceil, inf, log, pi, sqrt
 import numpy as np
 from numpy.typing import ArrayLike
 
-from worm_model.boundary_walk.laplace_inversion import LATEST, Contour
+from worm_model.boundary_walk.laplace_inversion import LATEST_OVER_PERIOD, Contour
 from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.relative_state import RelativeState, relative_state_of
 from worm_model.boundary_walk.singular_paths import singular_terms_of
@@ -19,15 +19,16 @@ from worm_model.boundary_walk.state import WalkState
 from worm_model.boundary_walk.transform import Solution, solve_skips, solve_transform
 from worm_msgs_py.arrays import Complex, Floats
 
-EXACT = 1e-6
+EXACT_ERROR = 1e-6
 """Error of probabilities."""
-FORECAST = 2e-5
+FORECAST_ERROR = 2e-5
 """Error of probabilities in a forecast."""
 HIGHEST_PROBABILITY = 1.0 - 1e-4
 """Highest probability of which a quantile is given."""
 _POINTS_OF_CIRCLE = 32
 """Points of the circle about s = 0 from which the moments are taken."""
-_RATIO = 4.0
+_PERIOD_RATIO = 4.0
+"""Of the periods of the Fourier series, each for later times than the one before."""
 _FEWEST_TERMS, _MOST_TERMS, _KEPT_TERMS = 1024, 1 << 17, 1 << 14
 _TERMS_A_ROUND = 16
 
@@ -51,7 +52,7 @@ class SolvedWalk:
         return self._parameters
 
     def first_passage(
-        self, start: WalkState | None = None, *, error: float = EXACT
+        self, start: WalkState | None = None, *, error: float = EXACT_ERROR
     ) -> "FirstPassage":
         """Return the law of τ_h.
 
@@ -78,7 +79,7 @@ class SolvedWalk:
         ValueError
             Where the state is a slide within the exit's arc.
         """
-        return self.first_passage(state, error=FORECAST)
+        return self.first_passage(state, error=FORECAST_ERROR)
 
     def contour(self, number: int, terms: int) -> tuple[Contour, Solution]:
         """Return a contour and the transform along it."""
@@ -93,11 +94,13 @@ class SolvedWalk:
 
     def period_s(self, number: int) -> float:
         """Return a contour's T: the time of one round, times 4^number."""
-        return self._parameters.circumference_mm / self._parameters.speed_mm_s * _RATIO**number
+        return (
+            self._parameters.circumference_mm / self._parameters.speed_mm_s * _PERIOD_RATIO**number
+        )
 
     def contour_number(self, t_s: float) -> int:
         """Return which contour serves a time: its T is between 4 and 16 times as long."""
-        return ceil(log(t_s / (LATEST * self.period_s(0)), _RATIO) - 1e-12)
+        return ceil(log(t_s / (LATEST_OVER_PERIOD * self.period_s(0)), _PERIOD_RATIO) - 1e-12)
 
     @cached_property
     def near_zero(self) -> tuple[float, Solution]:
@@ -285,7 +288,7 @@ class FirstPassage:
         if number in self._smooth:
             return self._smooth[number]
         # Enough to see single rounds: fewer, and half of them, might both smooth these out.
-        a_round = _TERMS_A_ROUND * int(_RATIO ** max(number, 0))
+        a_round = _TERMS_A_ROUND * int(_PERIOD_RATIO ** max(number, 0))
         terms = min(max(_FEWEST_TERMS, a_round), _MOST_TERMS)
         while True:
             contour, transform = self._regular_transform(number, terms)
@@ -318,7 +321,7 @@ class FirstPassage:
     def _singular_law_until(self, number: int) -> SingularLaw:
         """Return the singular terms up to the last time that a contour serves."""
         if number not in self._singular_laws:
-            latest_mm = LATEST * self.walk.period_s(number) * self._speed
+            latest_mm = LATEST_OVER_PERIOD * self.walk.period_s(number) * self._speed
             self._singular_laws[number] = self._parts.until(latest_mm)
         return self._singular_laws[number]
 

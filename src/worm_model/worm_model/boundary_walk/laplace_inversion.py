@@ -19,7 +19,7 @@ from worm_msgs_py.arrays import Complex, Floats
 
 _DAMPING = 10.0
 _STEEPNESS = 3.0
-LATEST = 0.25
+LATEST_OVER_PERIOD = 0.25
 """Share of T up to which a contour serves."""
 
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from worm_model.boundary_walk.parameters import WalkParameters
 from worm_model.boundary_walk.state import Direction, Phase, WalkState
-
-CONFIDENCE_95 = 1.959963984540054
+from worm_msgs_py.intervals import NORMAL_95
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,11 +44,11 @@ class WalkResult:
 
     def mean_tau_h_s(self) -> MonteCarloMean:
         """⟨τ_h⟩; a lower bound where some walks did not find the exit."""
-        return _mean(self.tau_h_s)
+        return _mean_with_interval(self.tau_h_s)
 
     def mean_skips(self) -> MonteCarloMean:
         """Skips per passage."""
-        return _mean(self.skips.astype(np.float64))
+        return _mean_with_interval(self.skips.astype(np.float64))
 
 
 def simulate_walks(
@@ -216,7 +215,7 @@ def _turn(
     alive.forwards = alive.forwards ^ turns
 
 
-def _mean(values: NDArray[np.float64]) -> MonteCarloMean:
+def _mean_with_interval(values: NDArray[np.float64]) -> MonteCarloMean:
     mean = float(values.mean())
-    half = CONFIDENCE_95 * float(values.std(ddof=1)) / sqrt(len(values))
+    half = NORMAL_95 * float(values.std(ddof=1)) / sqrt(len(values))
     return MonteCarloMean(mean, mean - half, mean + half)

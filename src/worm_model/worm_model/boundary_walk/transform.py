@@ -72,7 +72,7 @@ class Solution:
         return np.asarray(
             share * (hop + self.skip)
             + lands * self.found
-            + flies * (_beyond(self.parameters, slide, self.found) + self.skip)
+            + flies * (_from_far_edge(self.parameters, slide, self.found) + self.skip)
         )
 
 
@@ -98,7 +98,7 @@ def solve_skips(parameters: WalkParameters) -> Solution:
     return _join(parameters, modes, over, found=0.0, skip=1.0)
 
 
-def _beyond(parameters: WalkParameters, slide: Complex, found: float) -> Complex:
+def _from_far_edge(parameters: WalkParameters, slide: Complex, found: float) -> Complex:
     """Return the quantity of a hop that flew on to the far edge.
 
     There it becomes a slide and goes on, or turns, and so finds the exit.

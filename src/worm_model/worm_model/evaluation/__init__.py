@@ -2,10 +2,9 @@
 
 from worm_model.evaluation.frame_table import ChamberCircle, FrameTable
 from worm_model.evaluation.tables import frame_table_of, read_tracks, read_truth
-from worm_model.evaluation.track_errors import CERTAIN, Evaluation, Figure, evaluate_tracks
+from worm_model.evaluation.track_errors import Evaluation, Figure, evaluate_tracks
 
 __all__ = [
-    "CERTAIN",
     "ChamberCircle",
     "Evaluation",
     "Figure",

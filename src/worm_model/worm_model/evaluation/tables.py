@@ -39,7 +39,7 @@ def read_tracks(path: Path) -> FrameTable:
     """
     file = path / TRACKS_FILE if path.is_dir() else path
     summary = file.with_name(SUMMARY_FILE)
-    return frame_table_of(str(file), _columns(file), _circles_of_summary(summary))
+    return frame_table_of(str(file), _read_columns(file), _circles_of_summary(summary))
 
 
 def read_truth(path: Path) -> FrameTable:
@@ -50,7 +50,7 @@ def read_truth(path: Path) -> FrameTable:
     EvaluationError
         Where it cannot be read, or lacks columns.
     """
-    return frame_table_of(str(path), _columns(path))
+    return frame_table_of(str(path), _read_columns(path))
 
 
 def frame_table_of(
@@ -96,7 +96,7 @@ def frame_table_of(
         tracked=tracked,
         stamp_ns=_integers(name, columns, "stamp_ns"),
         frame=_integers(name, columns, "frame"),
-        midline_px=_midlines(columns),
+        midline_px=_midlines_px(columns),
         head_certainty=_optional(columns, "head_certainty"),
         r_h_mm=_optional(columns, "r_h_mm"),
         contact=_optional(columns, "contact"),
@@ -105,7 +105,7 @@ def frame_table_of(
     )
 
 
-def _columns(file: Path) -> dict[str, list[Any]]:
+def _read_columns(file: Path) -> dict[str, list[Any]]:
     try:
         table = pq.read_table(file)
     except FileNotFoundError:
@@ -163,7 +163,7 @@ def _integers(table: str, columns: Mapping[str, list[Any]], name: str) -> NDArra
     return np.array(columns[name], dtype=np.int64)
 
 
-def _midlines(columns: Mapping[str, list[Any]]) -> list[Floats] | None:
+def _midlines_px(columns: Mapping[str, list[Any]]) -> list[Floats] | None:
     if "midline_u_px" not in columns or "midline_v_px" not in columns:
         return None
     return [

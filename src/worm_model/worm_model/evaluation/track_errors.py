@@ -16,10 +16,9 @@ from scipy.sparse.csgraph import maximum_bipartite_matching
 from worm_model.evaluation.distances import as_given_rms, resampled, shape_rms
 from worm_model.evaluation.frame_table import FEWEST_FRAMES, ChamberCircle, FrameTable, common_rows
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_msgs_py.units import NS_PER_S
 
-CERTAIN = 0.95
-"""Head certainty from which a frame counts as not flagged uncertain."""
 SETTLING_S = 5.0
 """Which end is the head is judged from then on."""
 FEWEST_EPISODES = 5
@@ -97,7 +96,7 @@ class Evaluation:
 
 
 def evaluate_tracks(
-    tracks: FrameTable, truth: FrameTable, *, certain: float = CERTAIN
+    tracks: FrameTable, truth: FrameTable, *, certain: float = SURE_HEAD_CERTAINTY
 ) -> Evaluation:
     """Compare tracks with the truth.
 
@@ -195,19 +194,19 @@ def _identity_figures(pair: _Pair, certain: float) -> Iterator[Figure]:
     else:
         known &= stamps[pair.true] >= stamps.min() + round(SETTLING_S * NS_PER_S)
     right = straight < turned
-    yield _share("right_end_for_head", right[known], why)
+    yield _share_right("right_end_for_head", right[known], why)
     certainty = pair.tracks.head_certainty
     if certainty is None:
         yield Figure("right_end_where_certain", None, "", 0, "no column head_certainty")
         return
     sure = known & (certainty[pair.said] >= certain)
-    yield _share("right_end_where_certain", right[sure], why)
-    yield _share("certain_of_the_head", sure[known], why)
+    yield _share_right("right_end_where_certain", right[sure], why)
+    yield _share_right("certain_of_the_head", sure[known], why)
 
 
 def _tracked(pair: _Pair) -> Figure:
     there = np.isfinite(pair.truth.head_px).all(axis=1)
-    return _share("tracked", pair.spread(pair.tracks.tracked, nothing=False)[there])
+    return _share_right("tracked", pair.spread(pair.tracks.tracked, nothing=False)[there])
 
 
 def _wall_figures(pair: _Pair) -> Iterator[Figure]:
@@ -222,7 +221,7 @@ def _wall_figures(pair: _Pair) -> Iterator[Figure]:
         return
     known = np.isfinite(true_contact)
     agrees = pair.spread(contact, np.nan) == true_contact
-    yield _share("contact_agreement", agrees[known])
+    yield _share_right("contact_agreement", agrees[known])
 
 
 def _episode_figures(pair: _Pair) -> Iterator[Figure]:
@@ -283,7 +282,7 @@ def _where(pair: _Pair) -> Figure:
         return Figure("where_agreement", None, "", 0, "no column where")
     known = ~np.isin(pair.truth.where, ("unknown", "None", ""))
     said = pair.spread(pair.tracks.where.astype(object), "")
-    return _share("where_agreement", (said == pair.truth.where)[known])
+    return _share_right("where_agreement", (said == pair.truth.where)[known])
 
 
 def _circle_figures(
@@ -327,7 +326,7 @@ def _median_and_95(name: str, values: Floats, unit: str, why: str = "") -> Itera
     yield Figure(f"{name}_95", float(high), unit, len(known))
 
 
-def _share(name: str, right: NDArray[np.bool_], why: str = "") -> Figure:
+def _share_right(name: str, right: NDArray[np.bool_], why: str = "") -> Figure:
     if len(right) < FEWEST_FRAMES:
         return Figure(name, None, "", len(right), why or f"not enough data: {len(right)} frames")
     return Figure(name, float(right.mean()), "", len(right))

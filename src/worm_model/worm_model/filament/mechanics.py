@@ -9,7 +9,7 @@ from worm_model.filament.compiled import compiled
 from worm_model.filament.walls import Walls, nearest_walls
 from worm_msgs_py.arrays import Floats, Mask
 
-BAND = 6
+BAND_DIAGONALS = 6
 """Diagonals of the matrix from its middle on: a point's x and y, and those of its two neighbours
 on one side."""
 ACTIVE_SET_TRIES = 6
@@ -170,19 +170,19 @@ def solve_band(matrix: Floats, vector: Floats) -> None:
     """
     n = len(vector)
     for j in range(n):
-        for k in range(1, min(BAND, j + 1)):
+        for k in range(1, min(BAND_DIAGONALS, j + 1)):
             left = matrix[j - k, k]
-            for d in range(BAND - k):
+            for d in range(BAND_DIAGONALS - k):
                 matrix[j, d] -= left * matrix[j - k, d + k]
         root = sqrt(matrix[j, 0])
-        for d in range(BAND):
+        for d in range(BAND_DIAGONALS):
             matrix[j, d] /= root
     for j in range(n):
         vector[j] /= matrix[j, 0]
-        for d in range(1, min(BAND, n - j)):
+        for d in range(1, min(BAND_DIAGONALS, n - j)):
             vector[j + d] -= matrix[j, d] * vector[j]
     for j in range(n - 1, -1, -1):
-        for d in range(1, min(BAND, n - j)):
+        for d in range(1, min(BAND_DIAGONALS, n - j)):
             vector[j] -= matrix[j, d] * vector[j + d]
         vector[j] /= matrix[j, 0]
 
@@ -267,7 +267,7 @@ def step_body(
         The filament.
     """
     n = len(points)
-    base, force = np.zeros((2 * n, BAND)), np.zeros((n, 2))
+    base, force = np.zeros((2 * n, BAND_DIAGONALS)), np.zeros((n, 2))
     tangent, gap, normal = np.empty((n, 2)), np.empty((n, 2)), np.zeros((n, 2, 2))
     point_tangents(points, tangent)
     for i in range(n):

@@ -8,7 +8,7 @@ import numpy as np
 
 from worm_model.filament.compiled import compiled_and_kept, sources_number
 from worm_model.filament.mechanics import Elasticity, step_body
-from worm_model.filament.parameters import NARROWEST, FilamentParameters
+from worm_model.filament.parameters import LEAST_EXIT_WIDTHS, FilamentParameters
 from worm_model.filament.rig import FilamentRig
 from worm_model.filament.strokes import DRAWN_UNTIL_S, TIME_S, Activity, act
 from worm_model.filament.walls import Walls, nearest_walls, push_out
@@ -19,9 +19,9 @@ HEAD_END_WIDTHS, TAIL_END_WIDTHS = 1.5, 2.5
 """Length over which the body's round ends grow to its width, in widths."""
 TIP_CLEARANCE_MM = 0.02
 """How near the tips come to a wall: less than a pixel."""
-SQUEEZED = 0.9
+SQUEEZED_WIDTH = 0.9
 """A body that is wider than the passage is squeezed to this part of it."""
-FRONT = 0.5
+WITHDRAWING_PART = 0.5
 """Part of the body that shortens in a withdrawal, most of all at the head."""
 WALL_PER_S = 1e6
 """The walls' stiffness: under the push of the whole body (40 mm²/s) a point gives by 0.04 µm."""
@@ -114,14 +114,14 @@ def clearance_mm(parameters: FilamentParameters, rig: FilamentRig) -> Floats:
     near_head = 1.0 - s / (HEAD_END_WIDTHS * width)
     near_tail = 1.0 - (parameters.length_mm - s) / (TAIL_END_WIDTHS * width)
     taper = np.clip(np.maximum(near_head, near_tail), 0.0, 1.0)
-    if 0.0 < rig.exit_width_mm < NARROWEST * width:
+    if 0.0 < rig.exit_width_mm < LEAST_EXIT_WIDTHS * width:
         raise ValueError(
             f"exit_width_mm is {rig.exit_width_mm:g}; a body of {width:g} mm needs "
-            f"{NARROWEST * width:g} or more"
+            f"{LEAST_EXIT_WIDTHS * width:g} or more"
         )
     half = np.maximum(0.5 * width * np.sqrt(1.0 - taper**2), TIP_CLEARANCE_MM)
     if rig.exit_width_mm > 0.0:
-        half = np.minimum(half, 0.5 * SQUEEZED * rig.exit_width_mm)
+        half = np.minimum(half, 0.5 * SQUEEZED_WIDTH * rig.exit_width_mm)
     return np.asarray(half, dtype=np.float64)
 
 
@@ -155,7 +155,7 @@ def _strokes(parameters: FilamentParameters, step_s: float) -> Activity:
         onset_per_s=parameters.withdrawal_per_s,
         withdrawal_s=parameters.withdrawal_s,
         withdrawal_mm=parameters.withdrawal_mm,
-        front_mm=FRONT * parameters.length_mm,
+        front_mm=WITHDRAWING_PART * parameters.length_mm,
         touch_mm=paper.CONTACT_DISTANCE_WIDTHS * parameters.width_mm,
     )
 

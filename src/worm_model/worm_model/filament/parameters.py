@@ -7,15 +7,15 @@ from typing import Any
 
 from worm_msgs_py import paper
 
-NARROWEST = 0.5
+LEAST_EXIT_WIDTHS = 0.5
 """Exit, in widths of the body, that it can be squeezed through."""
-SLENDER = 4.0
+LEAST_LENGTH_WIDTHS = 4.0
 """A line with a width describes no body that is stouter."""
 FITTED = "fitted"
 """How the source of a number begins that was chosen so that the paper's observations emerge."""
 
 
-def _number(default: float, unit: str, meaning: str, source: str, low: float = 0.0) -> Any:
+def _positive(default: float, unit: str, meaning: str, source: str, low: float = 0.0) -> Any:
     told = {"unit": unit, "meaning": meaning, "source": source, "low": low}
     return field(default=default, metadata=told)
 
@@ -35,56 +35,56 @@ class FilamentParameters:
         Where a number makes no sense.
     """
 
-    length_mm: float = _number(paper.LENGTH_MM, "mm", "mean length l_w", "paper: 20 ± 5 mm")
-    width_mm: float = _number(
+    length_mm: float = _positive(paper.LENGTH_MM, "mm", "mean length l_w", "paper: 20 ± 5 mm")
+    width_mm: float = _positive(
         0.4, "mm", "width d_w", "photographs: 0.36 to 0.50 mm (the paper says 0.1 mm)"
     )
-    segments: int = _number(50, "1", "segments between points", "numerical", 8)
-    crawl_speed_mm_s: float = _number(
+    segments: int = _positive(50, "1", "segments between points", "numerical", 8)
+    crawl_speed_mm_s: float = _positive(
         1.25, "mm/s", "speed of a straight free worm: propulsion over ξ∥", FITTED
     )
-    drag_ratio: float = _number(
+    drag_ratio: float = _positive(
         2.0, "1", "drag across over drag along the body, ξ⊥/ξ∥", "slender-body limit"
     )
-    bending_mm4_s: float = _number(200.0, "mm⁴/s", "bending stiffness B/ξ∥", FITTED)
-    stretching_mm2_s: float = _number(
+    bending_mm4_s: float = _positive(200.0, "mm⁴/s", "bending stiffness B/ξ∥", FITTED)
+    stretching_mm2_s: float = _positive(
         8000.0, "mm²/s", "stretching stiffness EA/ξ∥", "numerical: gives by 0.5 % at most"
     )
-    peristalsis_mm: float = _number(
+    peristalsis_mm: float = _positive(
         1.0, "mm", "longest less shortest length, A_L", "paper, read as the whole change"
     )
-    peristalsis_s: float = _number(paper.PERISTALSIS_S, "s", "period T_L", "paper")
-    undulation_mm: float = _number(
+    peristalsis_s: float = _positive(paper.PERISTALSIS_S, "s", "period T_L", "paper")
+    undulation_mm: float = _positive(
         1.4,
         "mm",
         "amplitude A_T of a free worm's transverse wave",
         "paper, read as half its height",
     )
-    undulation_s: float = _number(paper.UNDULATION_S, "s", "period T_T", "paper")
-    undulation_length_mm: float = _number(
+    undulation_s: float = _positive(paper.UNDULATION_S, "s", "period T_T", "paper")
+    undulation_length_mm: float = _positive(
         24.0, "mm", "length of the wave", "v_w T_T of the paper: a wave that does not slip"
     )
-    head_mm: float = _number(3.0, "mm", "length of the head that bends to search", "assumed")
-    head_bend_per_mm: float = _number(
+    head_mm: float = _positive(3.0, "mm", "length of the head that bends to search", "assumed")
+    head_bend_per_mm: float = _positive(
         0.38, "1/mm", "standard deviation of the head's curvature at rest", FITTED
     )
-    head_turns_per_s: float = _number(
+    head_turns_per_s: float = _positive(
         0.6, "1/s", "rate at which the head takes another one while it touches a wall", FITTED
     )
-    lost_turns_per_s: float = _number(
+    lost_turns_per_s: float = _positive(
         1.5, "1/s", "the same while it touches none: it searches", FITTED
     )
-    head_turn_s: float = _number(0.15, "s", "time in which it bends there", "T_L/4")
-    withdrawal_per_s: float = _number(
+    head_turn_s: float = _positive(0.15, "s", "time in which it bends there", "T_L/4")
+    withdrawal_per_s: float = _positive(
         0.5, "1/s", "rate at which a head that touches a wall is withdrawn", FITTED
     )
-    withdrawal_mm: float = _number(
+    withdrawal_mm: float = _positive(
         4.5,
         "mm",
         "by how much its front half shortens then: mean of the exponential law, cut at 4.5 mm",
         FITTED,
     )
-    withdrawal_s: float = _number(0.3, "s", "time for which it does", "T_L/2")
+    withdrawal_s: float = _positive(0.3, "s", "time for which it does", "T_L/2")
     self_contact: bool = field(
         default=True,
         metadata={
@@ -106,10 +106,10 @@ class FilamentParameters:
             raise ValueError("drag_ratio and undulation_length_mm must be above 0")
         if not self.peristalsis_mm < self.length_mm:
             raise ValueError(f"peristalsis_mm must be below length_mm = {self.length_mm:g}")
-        if self.head_mm > self.length_mm or SLENDER * self.width_mm > self.length_mm:
+        if self.head_mm > self.length_mm or LEAST_LENGTH_WIDTHS * self.width_mm > self.length_mm:
             raise ValueError(
                 f"length_mm is {self.length_mm:g}; it must be at least head_mm = {self.head_mm:g} "
-                f"and {SLENDER:g} times width_mm = {self.width_mm:g}"
+                f"and {LEAST_LENGTH_WIDTHS:g} times width_mm = {self.width_mm:g}"
             )
 
 

@@ -89,7 +89,7 @@ def simulate(
     n = round(duration_s * frames_per_s)
     midline_mm = np.empty((n, parameters.segments + 1, 2))
     withdrawing = np.empty(n, dtype=np.bool_)
-    found = _frames(parameters, rig, seed, frames_per_s)
+    found = _midlines_without_end(parameters, rig, seed, frames_per_s)
     for frame, (points_mm, withdraws) in zip(range(n), found, strict=False):
         midline_mm[frame], withdrawing[frame] = points_mm, withdraws
     t_s = np.arange(n) / frames_per_s
@@ -108,13 +108,15 @@ def frames(
 
     A second of the worm's life is worked out at a time. `duration_s` may be infinite.
     """
-    for frame, (points_mm, _) in enumerate(_frames(parameters, rig, seed, frames_per_s)):
+    for frame, (points_mm, _) in enumerate(
+        _midlines_without_end(parameters, rig, seed, frames_per_s)
+    ):
         if frame + 0.5 > duration_s * frames_per_s:
             return
         yield points_mm
 
 
-def _frames(
+def _midlines_without_end(
     parameters: FilamentParameters, rig: FilamentRig, seed: int, frames_per_s: float
 ) -> Iterator[tuple[Floats, bool]]:
     """Yield midlines without end, between two steps on the straight line, and if it withdraws."""
@@ -141,7 +143,7 @@ def _seconds(parameters: FilamentParameters, rig: FilamentRig, seed: int) -> Ite
     begin, bend, turn, onset, length = (
         np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(5)
     )
-    points_mm, activity = _start(parameters, rig, begin)
+    points_mm, activity = _start_at_rest(parameters, rig, begin)
     motion = FilamentMotion(parameters, rig, points_mm, activity, 1.0 / STEPS_PER_S)
     for second in count(-SETTLE_S):
         noise = np.empty((STEPS_PER_S, NOISE_SIZE))
@@ -156,7 +158,7 @@ def _seconds(parameters: FilamentParameters, rig: FilamentRig, seed: int) -> Ite
             yield course
 
 
-def _start(
+def _start_at_rest(
     parameters: FilamentParameters, rig: FilamentRig, draw: np.random.Generator
 ) -> tuple[Floats, Floats]:
     activity = np.zeros(STATE_SIZE)

@@ -86,25 +86,3 @@ def push_out(points: Floats, clearance: Floats, walls: Walls) -> None:
                     points[i, 0] += (clearance[i] - gap[k]) * normal[k, 0]
                     points[i, 1] += (clearance[i] - gap[k]) * normal[k, 1]
                     break
-
-
-def wall_distance_mm(points_mm: Floats, rig: FilamentRig) -> Floats:
-    """Return how far points are from the nearest wall: negative inside it.
-
-    Parameters
-    ----------
-    points_mm : ndarray, shape (n, 2)
-        x, y in the frame of chamber A.
-    rig : FilamentRig
-        The rig.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-    """
-    walls, gap, normal = Walls.of(rig), np.empty(2), np.empty((2, 2))
-    found = np.empty(len(points_mm))
-    for i, (x, y) in enumerate(np.asarray(points_mm, dtype=np.float64).tolist()):
-        nearest_walls(x, y, walls, gap, normal)
-        found[i] = gap.min()
-    return found

@@ -12,7 +12,7 @@ from worm_msgs_py.arrays import Floats
 Within = Callable[[Floats], Floats]
 """Probability that the head has found the exit within each of these times, s."""
 HORIZONS_S = (10.0, 30.0, 60.0)
-GOLDEN = 0.6180339887498949
+GOLDEN_SECTION = 0.6180339887498949
 RESOLUTION_S = 0.05
 """About a frame: a passage is not known to happen sooner or later than this."""
 _SCALES = (0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0)
@@ -109,7 +109,7 @@ class Scores:
         """
         self.passages += 1
         # Multiples of the golden ratio fill 0 to 1 evenly, and are the same in every run.
-        self._pit.append(pit(within, outcome_s, self.passages * GOLDEN % 1.0))
+        self._pit.append(pit(within, outcome_s, self.passages * GOLDEN_SECTION % 1.0))
         baseline = crps_exponential(scale_s, outcome_s)
         self._crps_s.append((crps(within, outcome_s, scale_s, jumps_s), baseline))
         found = [float(outcome_s <= horizon) for horizon in HORIZONS_S]
@@ -129,7 +129,7 @@ class Scores:
             return ()
         model_s, memoryless_s = np.mean(self._crps_s, axis=0).tolist()
         gain = [baseline - own for own, baseline in self._crps_s]
-        half = _half_width(np.array(gain))
+        half = _half_width_of_mean(np.array(gain))
         mean = memoryless_s - model_s
         brier = np.mean(self._brier, axis=0).tolist()
         values = {
@@ -149,7 +149,7 @@ class Scores:
         return tuple(values.items())
 
 
-def _half_width(values: Floats) -> float:
+def _half_width_of_mean(values: Floats) -> float:
     """Half of the 95 % interval of a mean; NaN of fewer than two values."""
     n = len(values)
     if n < 2:

@@ -72,7 +72,7 @@ def winding_path(radius_mm: float, start_rad: float = 0.0) -> Line:
     """Return a path through the middle of a chamber, with bends much tighter than its wall."""
     phi = np.linspace(0.0, 6.0 * np.pi, 8000)
     r = radius_mm * (0.55 + 0.15 * np.sin(phi / 2.0) + 0.05 * np.sin(7.0 * phi))
-    return _around(phi + start_rad, r)
+    return _polar_line(phi + start_rad, r)
 
 
 def looping_path(radius_mm: float, start_rad: float = 0.0) -> Line:
@@ -132,7 +132,7 @@ def lie_along_the_wall(
     # The head leans on the wall with its tip, at 50°, so that its rounded end is not in the wall.
     lean = 0.35 * s * np.exp(-s) - (beside - HEAD_DEPTH_MM) * np.exp(-s / 0.4)
     depth = beside + lean + off_wall_mm * np.exp(-s / 2.0)
-    return _around(theta_rad - s / (radius_mm - beside), radius_mm - depth)
+    return _polar_line(theta_rad - s / (radius_mm - beside), radius_mm - depth)
 
 
 def coiling_path(width_mm: float, lead_mm: float, coil_mm: float) -> Line:
@@ -156,5 +156,5 @@ def coiling_path(width_mm: float, lead_mm: float, coil_mm: float) -> Line:
     return np.stack([z.real, z.imag], axis=1)
 
 
-def _around(phi: NDArray[np.float64], r: NDArray[np.float64]) -> Line:
+def _polar_line(phi: NDArray[np.float64], r: NDArray[np.float64]) -> Line:
     return np.stack([r * np.cos(phi), r * np.sin(phi)], axis=1)

@@ -28,7 +28,7 @@ class FilmFrame(NamedTuple):
     stamp_ns : int
         Time of capture; the film starts at 0.
     picture : ndarray of uint8 or uint16, shape (height, width)
-        FilmedPicture levels.
+        Grey levels.
     truth : TruthRow
         What is true of it.
     """

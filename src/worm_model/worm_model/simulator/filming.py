@@ -34,7 +34,7 @@ DRIFT_STEP_PX = 0.125
 SPECK_MM, BUBBLE_MM, GLARE_MM = (0.06, 0.25), (0.4, 1.1), (0.4, 1.0)
 """Smallest and largest radius; of glare the standard deviation."""
 GLARE_STRENGTH = 60.0
-"""FilmedPicture levels in its middle."""
+"""Grey levels in its middle."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -206,10 +206,10 @@ def _smeared(rig: Rig, line: Floats, before: Floats, after: Floats, filming: Fil
         body = _body(rig, line + abs(part) * (neighbour - line), filming)
         strands = strands_over(body, DRAWN_SUBPIXELS)
         moments.append(_absorbed(rig, body, strands, filming))
-    return _mean(moments)
+    return _mean_coverage(moments)
 
 
-def _mean(parts: list[Coverage]) -> Coverage:
+def _mean_coverage(parts: list[Coverage]) -> Coverage:
     """Return the mean over crops of different places."""
     u0, v0 = min(part.u0 for part in parts), min(part.v0 for part in parts)
     right = max(part.u0 + part.part.shape[1] for part in parts)

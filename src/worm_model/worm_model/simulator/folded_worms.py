@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from worm_model.simulator.film import FilmFrame, frame_stamp_ns
+from worm_model.simulator.filming import SPECK_MM
 from worm_model.simulator.rig import Body, Rig, expose, truth_of
 from worm_model.simulator.rig.disturbances import add_debris, scattered
 from worm_model.simulator.rig.strands import (
@@ -20,9 +21,9 @@ from worm_model.simulator.rig.strands import (
 )
 from worm_model.simulator.take import Take
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.units import UM_PER_MM
 
-UM_PER_MM = 1000.0
-SPECKS, SMALLEST_SPECK_MM, LARGEST_SPECK_MM = 30, 0.06, 0.25
+SPECKS = 30
 THIN_TAIL_WIDTH, THIN_TAIL_PART = 0.1, 0.35
 """A thin tail falls to this part of the full width, over this part of the length."""
 BLUNT_HEAD_WIDTH = 0.6
@@ -149,7 +150,7 @@ def film_worm(
     Body
         The true body in the picture, for what the truth's row leaves out.
     """
-    specks = scattered(SPECKS, 9.5, SMALLEST_SPECK_MM, LARGEST_SPECK_MM, rig.optics.seed)
+    specks = scattered(SPECKS, 9.5, *SPECK_MM, rig.optics.seed)
     for frame, body in enumerate(bodies(rig, worm, width_in(look, worm, skin))):
         strands = strands_over(body)
         if skin is None:

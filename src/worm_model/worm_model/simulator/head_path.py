@@ -1,19 +1,26 @@
-"""The head of a simulated worm: it slides along the wall, hops off it, and now and then turns."""
+"""The head of a simulated worm: it slides along the wall, hops off it, turns, finds the exit."""
 
 from dataclasses import dataclass
-from math import cos, inf, pi, radians, sin
+from math import copysign, cos, exp, inf, pi, radians, sin, tau
 
 import numpy as np
 
 from worm_msgs_py import paper
 
-SLOWEST_HOP_S = 0.15
-"""No excursion is shorter: a head is not a bullet."""
-RADIAL_SPEED_MM_S = 5.0
-"""Mean speed of the head on its way off the wall and back."""
-TURN_S = 1.8
-TURN_EXCURSION_MM = 1.0
-LARGEST_EXCURSION_MM = 4.0
+CLEARANCE_MM = 0.02
+"""The worm keeps so far off all walls."""
+DEEPEST = 0.8
+"""In units of R, the deepest excursion: the head does not cross the middle."""
+STEEPEST_HOP = 5.0
+"""Most that hops may be deep for their length: a head is not a bullet."""
+SLOWEST_SINE = sin(radians(5.0))
+"""The head never goes slower than with such a ψ_b: it does not stand still."""
+MEAN_PSI_B_S = 6.0
+"""Time over which ψ_b is averaged: v_b = v_w sin⟨ψ_b⟩ is a law of means."""
+TURN_RAD_S = 1.0
+"""How fast the head swings round, where it turns back and where it turns into the exit."""
+PSI_B_RAD = radians(28.0)
+"""About ψ_b of its way along the wall: to there a worm that turns back swings its body."""
 LEAN_RAD = radians(38.0)
 """Angle ψ_h between the wall's normal and the head, while it moves along the wall."""
 LEAN_SD_RAD, LEAN_S = radians(5.0), 2.0
@@ -29,11 +36,12 @@ class Walker:
     length_mm, width_mm : float
         l_w and d_w.
     speed_mm_s : float
-        Tangential speed of the head.
+        v_w: along the wall the head goes at v_w sin⟨ψ_b⟩.
     mean_slide_mm, mean_hop_mm, mean_excursion_mm : float
-        Means of the exponential laws of d_c, d_nc and Δr_h. Excursions beyond 4 mm are drawn again.
+        Means of the exponential laws of d_c, d_nc and Δr_h. A hop is as deep as it is long, in
+        proportion; 0.8 R at most.
     reversal_per_cycle : float
-        Probability that the worm turns around after a slide and a hop; 0.03 gives t_per = 27 s.
+        Probability that the worm turns around after a slide and a hop; 0.057 gives t_per = 27 s.
     peristalsis, peristalsis_s : float
         Relative amplitude and period of the length.
     undulation_mm, undulation_s : float
@@ -53,7 +61,7 @@ class Walker:
     mean_slide_mm: float = paper.SLIDE_MM
     mean_hop_mm: float = paper.HOP_MM
     mean_excursion_mm: float = paper.EXCURSION_MM
-    reversal_per_cycle: float = 0.03
+    reversal_per_cycle: float = 0.057
     peristalsis: float = 0.02
     peristalsis_s: float = paper.PERISTALSIS_S
     undulation_mm: float = 0.25
@@ -76,86 +84,131 @@ class Walker:
                 raise ValueError(f"{name} is {getattr(self, name)}; it must be above 0")
         if not 0.0 <= self.reversal_per_cycle <= 1.0:
             raise ValueError(f"reversal_per_cycle is {self.reversal_per_cycle}; it is 0 to 1")
-
-
-@dataclass(frozen=True, slots=True)
-class _Phase:
-    """A slide, a hop or a turn: how long it lasts, how fast the head goes, how far off the wall."""
-
-    duration_s: float
-    speed_mm_s: float
-    excursion_mm: float = 0.0
-    hopping: bool = False
-    turning: bool = False
+        steep = self.mean_excursion_mm / self.mean_hop_mm
+        if steep > STEEPEST_HOP:
+            raise ValueError(
+                f"mean_excursion_mm is {self.mean_excursion_mm:g}: {steep:.1f} times mean_hop_mm, "
+                f"{self.mean_hop_mm:g}; it must be {STEEPEST_HOP:g} times or less"
+            )
 
 
 class HeadPath:
-    """Moves the head on, a step at a time.
+    """Moves the head on, a step at a time, until it is before the exit and turned into it.
 
     Attributes
     ----------
     theta_rad : float
         Polar angle of the head tip, not wrapped.
-    off_wall_mm : float
-        How far it is off the wall, beyond the gap that its rounded end needs.
     lean_rad : float
         Signed angle from the wall's normal to the head's direction; positive while it moves
         counter-clockwise.
+    exit_half_rad : float
+        Half of the arc around θ = 0 in which a head that slides, or lands, finds the exit; 0: none.
+    turning : float
+        Which way the body swings round its head at the wall, to go the other way from then on: 1
+        counter-clockwise, −1 clockwise; 0 while it does not turn.
     """
 
     def __init__(self, walker: Walker, radius_mm: float) -> None:
         self._walker = walker
         self._radius_mm = radius_mm
+        self.exit_half_rad = 0.0
         self._random = np.random.default_rng([walker.seed, 1])
         self.theta_rad = float(self._random.uniform(-pi, pi))
-        self.off_wall_mm = 0.0
         self._direction = 1.0 if self._random.random() < 0.5 else -1.0
         self._lean = LEAN_RAD
         self.lean_rad = self._direction * LEAN_RAD
-        self._phase = self._slide()
-        self._elapsed_s = 0.0
+        self.turning = self._direction  # from wherever the body lies
+        self._psi_b_rad = PSI_B_RAD
+        self._hop_mm = 0.0
+        self._left_mm = self._draw_mm(walker.mean_slide_mm)
 
-    def advance(self, step_s: float) -> None:
-        """Move the head on by a step of time."""
+    @property
+    def depth_mm(self) -> float:
+        """R − r_h of a hop: from where contact ends, by the excursion's bow; 0 in contact."""
+        if not self._hop_mm:
+            return 0.0
+        walker = self._walker
+        touching_mm = paper.CONTACT_DISTANCE_WIDTHS * walker.width_mm
+        excursion_mm = self._hop_mm * walker.mean_excursion_mm / walker.mean_hop_mm
+        bow = sin(pi * self._left_mm / self._hop_mm)
+        return touching_mm + min(excursion_mm, DEEPEST * self._radius_mm) * bow
+
+    @property
+    def in_exit(self) -> bool:
+        """Whether it stands before the exit and points into it: from then on it does not move."""
+        return (
+            self._way_to_exit_mm() == 0.0 and abs(_wrapped(self.theta_rad + self.lean_rad)) < 1e-9
+        )
+
+    def advance(self, step_s: float, psi_b_rad: float) -> None:
+        """Move the head on by a step of time, as fast as its body's angle ψ_b lets it."""
         self._vary_lean(step_s)
-        while step_s > 0.0:
-            used = min(step_s, self._phase.duration_s - self._elapsed_s)
-            self._elapsed_s += used
-            step_s -= used
-            self.theta_rad += self._direction * self._phase.speed_mm_s * used / self._radius_mm
-            if self._elapsed_s >= self._phase.duration_s:
-                self._phase, self._elapsed_s = self._next_phase(), 0.0
-        part = self._elapsed_s / self._phase.duration_s
-        self.off_wall_mm = self._phase.excursion_mm * sin(pi * part) ** 2
-        swing = cos(pi * part) if self._phase.turning else 1.0
-        self.lean_rad = self._direction * self._lean * swing
+        if psi_b_rad * self.turning > PSI_B_RAD:
+            self.turning = 0.0
+        at_exit = self._way_to_exit_mm() == 0.0
+        towards = -_wrapped(self.theta_rad) if at_exit else self._direction * self._lean
+        swing = towards - self.lean_rad
+        self.lean_rad += copysign(min(abs(swing), TURN_RAD_S * step_s), swing)
+        if at_exit:
+            return
+        if self.turning:
+            self._move(self._walker.speed_mm_s * sin(psi_b_rad) * self.turning * step_s)
+        else:
+            self._go(self._pace_mm_s(psi_b_rad * self._direction, step_s) * step_s)
 
-    def _next_phase(self) -> _Phase:
-        if self._phase.turning:
-            self._direction = -self._direction
-            return self._slide()
-        if not self._phase.hopping:
-            return self._hop()
-        if self._random.random() < self._walker.reversal_per_cycle:
-            return _Phase(TURN_S, 0.0, TURN_EXCURSION_MM, turning=True)
-        return self._slide()
+    def _pace_mm_s(self, psi_b_rad: float, step_s: float) -> float:
+        """Return the pace whose mean is v_w sin⟨ψ_b⟩: linear in ψ_b about its mean of late."""
+        kept = exp(-step_s / MEAN_PSI_B_S)
+        mean = self._psi_b_rad = kept * self._psi_b_rad + (1.0 - kept) * psi_b_rad
+        sine = sin(mean) + cos(mean) * (psi_b_rad - mean)
+        return self._walker.speed_mm_s * max(sine, SLOWEST_SINE)
 
-    def _slide(self) -> _Phase:
-        distance = float(self._random.exponential(self._walker.mean_slide_mm))
-        speed = self._walker.speed_mm_s
-        return _Phase(max(distance / speed, 1e-6), speed)
+    def _go(self, way_mm: float) -> None:
+        """Go on along the wall; stop before the exit, and where the worm turns."""
+        while way_mm > 0.0 and not self.turning:
+            to_exit_mm = self._way_to_exit_mm()
+            used_mm = min(way_mm, self._left_mm, to_exit_mm)
+            self._move(used_mm)
+            way_mm -= used_mm
+            if used_mm == to_exit_mm:
+                return
+            if self._left_mm <= 0.0:
+                self._end_phase()
 
-    def _hop(self) -> _Phase:
-        distance = float(self._random.exponential(self._walker.mean_hop_mm))
-        excursion = np.inf
-        while excursion > LARGEST_EXCURSION_MM:
-            excursion = float(self._random.exponential(self._walker.mean_excursion_mm))
-        at_speed = distance / self._walker.speed_mm_s
-        duration = max(at_speed, 2.0 * excursion / RADIAL_SPEED_MM_S, SLOWEST_HOP_S)
-        return _Phase(duration, distance / duration, excursion, hopping=True)
+    def _move(self, way_mm: float) -> None:
+        self.theta_rad += self._direction * way_mm / self._radius_mm
+        self._left_mm -= way_mm
+
+    def _end_phase(self) -> None:
+        """Hop after a slide; slide after a hop, as often as told the other way."""
+        walker = self._walker
+        if self._hop_mm:
+            self._hop_mm = 0.0
+            self._left_mm = self._draw_mm(walker.mean_slide_mm)
+            if self._random.random() < walker.reversal_per_cycle:
+                self._direction = self.turning = -self._direction
+        else:
+            self._hop_mm = self._left_mm = self._draw_mm(walker.mean_hop_mm)
+
+    def _draw_mm(self, mean_mm: float) -> float:
+        return max(float(self._random.exponential(mean_mm)), 1e-6)
+
+    def _way_to_exit_mm(self) -> float:
+        """Return how far ahead the head could enter the exit: 0 where it can, not while it hops."""
+        if self.exit_half_rad <= 0.0 or self._hop_mm:
+            return inf
+        theta = _wrapped(self.theta_rad)
+        if abs(theta) <= self.exit_half_rad + 1e-9:
+            return 0.0
+        return self._radius_mm * ((-self.exit_half_rad - self._direction * theta) % tau)
 
     def _vary_lean(self, step_s: float) -> None:
-        kept = np.exp(-step_s / LEAN_S)
+        kept = exp(-step_s / LEAN_S)
         noise = LEAN_SD_RAD * np.sqrt(1.0 - kept**2) * self._random.standard_normal()
         lean = LEAN_RAD + kept * (self._lean - LEAN_RAD) + noise
         self._lean = float(np.clip(lean, SMALLEST_LEAN_RAD, LARGEST_LEAN_RAD))
+
+
+def _wrapped(angle_rad: float) -> float:
+    return (angle_rad + pi) % tau - pi

@@ -321,10 +321,11 @@ def _film(
 
 
 def _walk(take: Take) -> Lines:
-    """Return a walk along the wall in contact for most of the time."""
+    """Return a walk along the wall in contact for most of the time, at about `CRAWL_MM_S`."""
     walker = Walker(
         length_mm=WORM_LENGTH_MM,
         width_mm=WORM_WIDTH_MM,
+        speed_mm_s=2.0 * CRAWL_MM_S,
         mean_slide_mm=4.0,
         mean_hop_mm=1.2,
         seed=take.seed,

@@ -7,24 +7,32 @@ inside the chamber as in the paper's Fig. 1. It serves tests: the truth of every
 
 from cmath import exp, phase
 from collections.abc import Iterator
-from math import ceil, cos, pi, radians, sin
+from math import asin, ceil, cos, pi, radians, sin
 
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_model.simulator import crawling
+from worm_model.simulator.body_width import tapered
 from worm_model.simulator.film import FilmFrame, frame_stamp_ns
-from worm_model.simulator.head_path import LEAN_RAD, HeadPath, Walker
+from worm_model.simulator.head_path import CLEARANCE_MM, LEAN_RAD, HeadPath, Walker
 from worm_model.simulator.rig import Body, Rig, draw, truth_of, worm_coverage
-from worm_model.simulator.rig.body import HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS
+from worm_model.simulator.rig.body import FINE_PX, HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS
+from worm_msgs_py import paper
 
 __all__ = ["Walker", "midlines_mm", "rounded_body", "simulate_film"]
 
 LINKS = 40
 LARGEST_STEP_S = 0.02
+BODY_SETTLES_S = 8.0
+"""Time before the first frame, in which the body finds its shape."""
 SHARPEST_BEND_RAD = radians(20.0)
 """Between two links; with links of half a millimetre a bend's radius stays above 1.4 mm."""
-CLEARANCE_MM = 0.02
 LARGEST_PACE_MM_S = 12.0
+SWING_RAD_S = 0.5
+"""How fast the body swings round where the worm turns back."""
+FINE_MM = 0.02
+"""Steps along the body at which it is held against the wall."""
 INWARD_S = 3.0
 """Time in which the body drifts away from the wall."""
 INNER_RADIUS = 0.55
@@ -49,7 +57,8 @@ def simulate_film(rig: Rig, walker: Walker, duration_s: float, fps: float) -> It
         Stamp (from 0), picture and truth.
     """
     chamber = rig.chambers[0]
-    for frame, midline_mm in enumerate(midlines_mm(walker, rig.radius_mm, duration_s, fps)):
+    lines = midlines_mm(walker, rig.radius_mm, duration_s, fps, rig.exit_width_mm)
+    for frame, midline_mm in enumerate(lines):
         u, v = chamber.to_pixels(midline_mm[:, 0] * 1e-3, midline_mm[:, 1] * 1e-3)
         body = rounded_body(np.c_[u, v], walker.width_mm * rig.px_per_mm)
         stamp_ns = frame_stamp_ns(frame, fps)
@@ -58,7 +67,7 @@ def simulate_film(rig: Rig, walker: Walker, duration_s: float, fps: float) -> It
 
 
 def midlines_mm(
-    walker: Walker, radius_mm: float, duration_s: float, fps: float
+    walker: Walker, radius_mm: float, duration_s: float, fps: float, exit_width_mm: float = 0.0
 ) -> Iterator[NDArray[np.float64]]:
     """Yield the worm's midline at each frame.
 
@@ -70,26 +79,53 @@ def midlines_mm(
         R.
     duration_s, fps : float
         Length of the film and frames per second.
+    exit_width_mm : float
+        W. Where it leaves no room for the body, or is 0, the head goes over the exit.
 
     Yields
     ------
-    ndarray, shape (LINKS + 1, 2)
+    ndarray, shape (n, 2)
         x, y in the chamber's frame, mm, head tip first. The body, of the walker's width, lies
-        inside the wall.
+        inside the wall, or in the passage. There are fewer frames where it gets out: the last one
+        is that in which all of the worm is in the passage, as a trial ends with the escape.
     """
     head = HeadPath(walker, radius_mm)
     chain = _Chain(walker, radius_mm, head)
     steps = ceil(1.0 / (fps * LARGEST_STEP_S))
     step_s = 1.0 / (fps * steps)
-    for _ in range(round(8.0 / step_s)):  # until the body has found its shape
-        head.advance(step_s)
+    for _ in range(round(BODY_SETTLES_S / step_s)):
+        head.advance(step_s, chain.psi_b_rad)
         chain.follow(head, 0.0, step_s)
-    for frame in range(round(duration_s * fps)):
-        if frame > 0:
-            for part in range(1, steps + 1):
-                head.advance(step_s)
-                chain.follow(head, (frame - 1) / fps + part * step_s, step_s)
-        yield chain.midline_mm(frame / fps)
+    free_mm = 0.5 * (exit_width_mm - walker.width_mm) - CLEARANCE_MM
+    head.exit_half_rad = asin(max(free_mm, 0.0) / radius_mm)
+    frames = round(duration_s * fps)
+    for step in range(steps * (frames - 1) + 1):
+        time_s = step * step_s
+        if step > 0:
+            head.advance(step_s, chain.psi_b_rad)
+            chain.follow(head, time_s, step_s)
+        if head.in_exit:
+            left_s = np.arange(ceil(step / steps), frames) / fps - time_s
+            yield from _way_out(walker, radius_mm, chain.midline_mm(time_s), left_s)
+            return
+        if step % steps == 0:
+            yield chain.midline_mm(time_s)
+
+
+def _way_out(
+    walker: Walker, radius_mm: float, midline_mm: NDArray[np.float64], times_s: NDArray[np.float64]
+) -> Iterator[NDArray[np.float64]]:
+    """Yield the worm that follows its head at v_w, down the passage, until its tail is there."""
+    x, y = midline_mm[0]
+    bend_mm = max(4.0 * abs(y), 1.0)
+    end_mm = radius_mm + paper.PASSAGE_LENGTH_MM
+    ahead = np.arange(x + 0.05, max(end_mm, x + bend_mm), 0.05)
+    across = 0.5 * y * (1.0 + np.cos(pi * np.minimum((ahead - x) / bend_mm, 1.0)))
+    path = np.concatenate([midline_mm[::-1], np.stack([ahead, across], axis=1)])
+    length = float(np.hypot(*np.diff(midline_mm, axis=0).T).sum())
+    long = float(np.hypot(*np.diff(path, axis=0).T).sum())
+    heads = length + walker.speed_mm_s * times_s
+    yield from crawling.crawl(path, length, heads[heads <= min(2.0 * length + 1.0, long)])
 
 
 class _Chain:
@@ -100,6 +136,8 @@ class _Chain:
         self._radius = radius_mm
         s = np.linspace(0.0, walker.length_mm, LINKS + 1)
         self._s = s
+        area = tapered(s / walker.width_mm) * np.r_[0.5, np.ones(LINKS - 1), 0.5]
+        self._share = area / area.sum()
         taper = HEAD_TAPER_WIDTHS * walker.width_mm
         half = 0.5 * walker.width_mm * np.sqrt(1.0 - np.clip(1.0 - s / taper, 0.0, 1.0) ** 2)
         self._limit = (radius_mm - half - CLEARANCE_MM).tolist()
@@ -111,6 +149,11 @@ class _Chain:
         turn = np.exp(-1j * np.sign(head.lean_rad) * s / (0.55 * radius_mm))
         self._z = tip + np.r_[0.0, np.cumsum(back * turn[1:] * np.diff(s))]
 
+    @property
+    def psi_b_rad(self) -> float:
+        """ψ_b, without the transverse wave's sway."""
+        return phase((self._z[0] - self._share @ self._z) / self._z[0])
+
     def follow(self, head: HeadPath, time_s: float, step_s: float) -> None:
         """Let the body follow the head's new place."""
         walker = self._walker
@@ -119,7 +162,8 @@ class _Chain:
         radius = np.abs(self._z)
         beyond = np.maximum(radius - self._drift_to, 0.0) * (step_s / INWARD_S)
         beyond[:3] = 0.0
-        z = (self._z * (1.0 - beyond / np.maximum(radius, 1e-9))).tolist()
+        z = self._z * (1.0 - beyond / np.maximum(radius, 1e-9))
+        z = (z[0] + (z - z[0]) * exp(1j * head.turning * SWING_RAD_S * step_s)).tolist()
         z[0] = self._tip(head)
         axis = -exp(1j * (head.theta_rad + head.lean_rad))
         z[1] = z[0] + link * axis
@@ -148,19 +192,20 @@ class _Chain:
         grown = np.clip((s - 0.1) / 0.3, 0.0, 1.0)
         z = self._z + walker.undulation_mm * grown * wave * normal
         # A spline between points and the rounded end may still reach farther than the points.
-        body = rounded_body(np.c_[z.real, z.imag] * 100.0, walker.width_mm * 100.0)
+        scale = FINE_PX / FINE_MM
+        body = rounded_body(np.c_[z.real, z.imag] * scale, walker.width_mm * scale)
         centres, disc = body.discs()
         distance = np.hypot(*centres.T)
-        room = (100.0 * self._radius - 0.5 - disc) / np.maximum(distance, 1e-9)
-        z = z * min(1.0, float(room[distance > 10.0].min()))
+        room = (scale * (self._radius - 0.25 * CLEARANCE_MM) - disc) / np.maximum(distance, 1e-9)
+        z = z * min(1.0, float(room[distance > 0.01 * scale * self._radius].min()))
         return np.stack([z.real, z.imag], axis=1)
 
     def _tip(self, head: HeadPath) -> complex:
-        """RelativeState the head tip: its rounded end, leaning, needs a small gap to the wall."""
+        """Place the head tip: its rounded end, leaning, needs a small gap to the wall."""
         long, half = HEAD_TAPER_WIDTHS * self._walker.width_mm, 0.5 * self._walker.width_mm
         lean = min(abs(head.lean_rad), LEAN_RAD)
         reach = np.hypot(long * cos(lean), half * sin(lean)) - long * cos(lean)
-        distance = self._radius - float(reach) - CLEARANCE_MM - head.off_wall_mm
+        distance = self._radius - max(float(reach) + CLEARANCE_MM, head.depth_mm)
         return distance * exp(1j * head.theta_rad)
 
     @staticmethod

@@ -73,7 +73,9 @@ export class Player {
     if (!this.now.paused || this.looked !== null || this.frame === null || this.frame === this.now.frame) return;
     this.frame = this.now.frame;
     const data = await this.past(this.now.t);
-    if (data && this.looked === null) this.put(data, true);
+    if (!data) return;
+    this.last = data; // what comes back after a look at a past frame
+    if (this.looked === null) this.put(data, true);
   }
 
   // The frame of a time, unless another one was asked for meanwhile.

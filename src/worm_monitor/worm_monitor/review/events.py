@@ -81,13 +81,13 @@ def reviewed_doubts(results: Results) -> list[dict[str, Any]]:
                 "turns": stretch.why is Doubt.EXCHANGED,
                 "from": begin,
                 "to": end,
-                "text": _in_words(stretch),
+                "text": _stretch_in_words(stretch),
             }
         )
     return told
 
 
-def _in_words(stretch: DoubtfulStretch) -> str:
+def _stretch_in_words(stretch: DoubtfulStretch) -> str:
     text = _DOUBTS[stretch.why]
     if stretch.why is Doubt.UNSURE_HEAD:
         text += f" ({stretch.least_certainty:.2f})"

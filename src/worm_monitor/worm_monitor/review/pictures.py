@@ -119,13 +119,13 @@ def find_pictures(trial: ReviewedTrial, bag: Path | None) -> TrialPictures:
     """
     if bag is not None:
         return TrialPictures(trial, bag)
-    for place in _places(trial):
+    for place in _places_of_bags(trial):
         with suppress(BadInput, OSError):
             return TrialPictures(trial, place)
     return TrialPictures(trial, None)
 
 
-def _places(trial: ReviewedTrial) -> Iterator[Path]:
+def _places_of_bags(trial: ReviewedTrial) -> Iterator[Path]:
     name = trial.results.provenance["source"].get("bag")
     if name and Path(name).name == name:
         around = (Path(), *trial.directory.absolute().parents[:2])

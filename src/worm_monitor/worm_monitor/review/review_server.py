@@ -11,11 +11,11 @@ from aiohttp import web
 
 import worm_monitor
 from worm_monitor.access import Access
-from worm_monitor.drawn import drawn_chambers
 from worm_monitor.json_numbers import rounded
+from worm_monitor.overlay_json import drawn_chambers
 from worm_monitor.pictures import with_head
+from worm_monitor.review.correction_store import CorrectionStore, who_am_i
 from worm_monitor.review.events import reviewed_doubts, reviewed_events
-from worm_monitor.review.kept_corrections import KeptCorrections, who_am_i
 from worm_monitor.review.pictures import TrialPictures
 from worm_monitor.review.trial import plotted_columns
 from worm_monitor.site import Site, page_files
@@ -49,7 +49,7 @@ class ReviewServer:
     ) -> None:
         self._pictures = pictures
         self._trial = pictures.trial
-        self._corrections = KeptCorrections(self._trial)
+        self._corrections = CorrectionStore(self._trial)
         self._disk = ThreadPoolExecutor(1, thread_name_prefix="disk")
         curves = plotted_columns(self._trial)
         self._curves = b"".join(values.tobytes() for values in curves.values())

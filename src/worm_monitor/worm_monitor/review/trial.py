@@ -11,17 +11,15 @@ import pyarrow.parquet as pq
 from worm_analysis.kinematics.observables import body_angle, polar_angle, wrap_angle
 from worm_analysis.results import Results, chamber_of, read_results
 from worm_analysis.results.parquet_table import damage_reported
+from worm_analysis.results.picture import rests_on
 from worm_analysis.results.summary import read_summary
-from worm_monitor.drawn import drawn_pose
 from worm_monitor.json_numbers import JsonRow, rounded_all
+from worm_monitor.overlay_json import drawn_pose
 from worm_msgs_py import Chamber, Status
 from worm_msgs_py.arrays import Floats, Floats32, Integers
 from worm_msgs_py.contract.body import KEYPOINTS
 from worm_msgs_py.errors import RUN_AGAIN, ReportError
-from worm_msgs_py.units import MM_PER_M
 
-_SAME_PLACE_PX = 1.0
-"""A rig whose circle leads from a head's millimetres so near to its pixels is the frame's own."""
 _MARGIN_PX = 12
 _MIDLINE = ("midline_u_px", "midline_v_px")
 
@@ -127,7 +125,7 @@ def read_reviewed_trial(directory: Path) -> ReviewedTrial:
         results=results,
         rigs=rigs,
         rig_of=_rig_of(results, rigs),
-        _midlines=_midlines(directory / "tracks.parquet"),
+        _midlines=_read_midlines(directory / "tracks.parquet"),
     )
 
 
@@ -176,10 +174,7 @@ def _rig_of(results: Results, rigs: tuple[tuple[Chamber, ...], ...]) -> Integers
     found = np.full(len(tracks["frame"]), -1, dtype=np.int64)
     for number, rig in enumerate(rigs):
         for chamber in rig:
-            x_m, y_m = (tracks[f"head_{axis}_mm"] / MM_PER_M for axis in "xy")
-            u, v = chamber.to_pixels(x_m, y_m)
-            off_px = np.hypot(u - tracks["head_u_px"], v - tracks["head_v_px"])
-            found[(found < 0) & (off_px < _SAME_PLACE_PX)] = number
+            found[(found < 0) & rests_on(chamber, tracks)] = number
     known = np.flatnonzero(found >= 0)
     if not len(known):
         return np.zeros_like(found) if len(rigs) == 1 and rigs[0] else found
@@ -187,7 +182,7 @@ def _rig_of(results: Results, rigs: tuple[tuple[Chamber, ...], ...]) -> Integers
     return np.asarray(found[known[np.maximum(last, 0)]])
 
 
-def _midlines(path: Path) -> tuple[tuple[Floats32, Integers], ...]:
+def _read_midlines(path: Path) -> tuple[tuple[Floats32, Integers], ...]:
     """Return u and v of all midlines, and where each frame's begin and end."""
     with damage_reported(path):
         table = pq.read_table(path, columns=list(_MIDLINE)).combine_chunks()

@@ -58,11 +58,12 @@ def agreements(needs: Sequence[NeededReversal]) -> tuple[Agreement, ...]:
     """
     cases = dict.fromkeys((need.rule, need.speed) for need in needs)
     return tuple(
-        _largest([need for need in needs if (need.rule, need.speed) == case]) for case in cases
+        _largest_agreement([need for need in needs if (need.rule, need.speed) == case])
+        for case in cases
     )
 
 
-def _largest(needs: Sequence[NeededReversal]) -> Agreement:
+def _largest_agreement(needs: Sequence[NeededReversal]) -> Agreement:
     best: list[NeededReversal] = []
     for place in sorted(need.low for need in needs if need.low == need.low):
         here = [

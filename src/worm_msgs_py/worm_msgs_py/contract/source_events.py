@@ -94,10 +94,10 @@ def in_words(events: Iterable[SourceEvent]) -> list[str]:
     by_kind: dict[SourceEventKind, list[SourceEvent]] = {}
     for event in events:
         by_kind.setdefault(event.kind, []).append(event)
-    return [_line(kind, by_kind[kind]) for kind in SourceEventKind if kind in by_kind]
+    return [_kind_in_words(kind, by_kind[kind]) for kind in SourceEventKind if kind in by_kind]
 
 
-def _line(kind: SourceEventKind, events: list[SourceEvent]) -> str:
+def _kind_in_words(kind: SourceEventKind, events: list[SourceEvent]) -> str:
     count = sum(event.count for event in events)
     first = events[0].why + (" (and more)" if len(events) > 1 else "")
     if kind is SourceEventKind.OUTAGE:

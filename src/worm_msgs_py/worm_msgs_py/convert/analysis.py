@@ -14,13 +14,13 @@ from worm_msgs_py.contract.analysis import Correlation, Distribution, Observable
 from worm_msgs_py.contract.frames import Where
 from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
 from worm_msgs_py.convert.joints import joints_from_msg, joints_to_msg
+from worm_msgs_py.convert.message_checks import strict, whole
 from worm_msgs_py.convert.stamp import (
     duration_to_seconds,
     header,
     seconds_to_duration,
     stamp_to_ns,
 )
-from worm_msgs_py.convert.strict import strict, whole
 
 _REAL = (
     "r_h_m",

@@ -10,8 +10,8 @@ from worm_msgs_py.contract.body import KEYPOINTS, BodyState, Keypoint
 from worm_msgs_py.contract.frames import Where
 from worm_msgs_py.contract.status import Status
 from worm_msgs_py.convert.joints import joints_from_msg
+from worm_msgs_py.convert.message_checks import strict, whole
 from worm_msgs_py.convert.stamp import header, stamp_to_ns
-from worm_msgs_py.convert.strict import strict, whole
 
 _KEYPOINT_FIELDS = tuple(field.name for field in fields(Keypoint))
 _WHOLE = ("frame", "geometry")

@@ -11,8 +11,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.contract.frames import CAMERA
 from worm_msgs_py.convert.joints import by_prefix, joints_from_msg, joints_to_msg
+from worm_msgs_py.convert.message_checks import strict, whole
 from worm_msgs_py.convert.stamp import header, stamp_to_ns
-from worm_msgs_py.convert.strict import strict, whole
 
 _WHOLE = ("version", "picture_width_px", "picture_height_px")
 _REAL = ("depth_m", "passage_length_m")

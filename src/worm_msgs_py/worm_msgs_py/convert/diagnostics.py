@@ -26,7 +26,7 @@ def record_to_status(name: str, message: str, record: Any, hardware_id: str = ""
         message=str(message),
         hardware_id=str(hardware_id),
         values=[
-            KeyValue(key=field.name, value=_write(getattr(record, field.name)))
+            KeyValue(key=field.name, value=_text_of_value(getattr(record, field.name)))
             for field in fields(record)
         ],
     )
@@ -35,10 +35,12 @@ def record_to_status(name: str, message: str, record: Any, hardware_id: str = ""
 def status_to_record(status: Any, kind: type[Record]) -> Record:
     """Read a flat dataclass back; KeyError where a field is missing, ValueError where it is bad."""
     texts = {item.key: item.value for item in status.values}
-    return kind(**{field.name: _read(texts[field.name], field.type) for field in fields(kind)})
+    return kind(
+        **{field.name: _value_of_text(texts[field.name], field.type) for field in fields(kind)}
+    )
 
 
-def _write(value: object) -> str:
+def _text_of_value(value: object) -> str:
     if value is None:
         return _NONE
     if isinstance(value, bool):
@@ -52,7 +54,7 @@ def _write(value: object) -> str:
     raise TypeError(f"cannot write a {type(value).__name__} into a diagnostic value: {value!r}")
 
 
-def _read(text: str, hint: Any) -> Any:
+def _value_of_text(text: str, hint: Any) -> Any:
     if get_origin(hint) is types.UnionType:
         if text == _NONE:
             return None

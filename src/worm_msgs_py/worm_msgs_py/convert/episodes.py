@@ -6,8 +6,9 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from worm_msgs_py.contract.episodes import Attempt, Episode, EpisodeKind, Event, Visit
 from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
+from worm_msgs_py.convert.message_checks import strict
 from worm_msgs_py.convert.stamp import header
-from worm_msgs_py.convert.strict import strict
+from worm_msgs_py.units import MM_PER_M
 
 _TYPE_OF_NAME: dict[str, type[Event]] = {"episode": Episode, "visit": Visit, "attempt": Attempt}
 _NAME_OF_TYPE = {kind: name for name, kind in _TYPE_OF_NAME.items()}
@@ -33,10 +34,10 @@ def events_from_msg(msg: DiagnosticArray) -> tuple[Event, ...]:
 def _describe(event: Event) -> str:
     if isinstance(event, Episode):
         kind = "contact" if event.kind is EpisodeKind.CONTACT else "out of contact"
-        text = f"{kind} over {event.distance_m * 1e3:.2f} mm"
+        text = f"{kind} over {event.distance_m * MM_PER_M:.2f} mm"
     elif isinstance(event, Visit):
         text = f"visit, exit found after {event.tau_h_s:.1f} s, {event.skips} skips"
     else:
         outcome = "escape" if event.success else "withdrawal"
-        text = f"{outcome} after {event.penetration_m * 1e3:.2f} mm in the passage"
+        text = f"{outcome} after {event.penetration_m * MM_PER_M:.2f} mm in the passage"
     return text if event.complete else text + " (cut short)"

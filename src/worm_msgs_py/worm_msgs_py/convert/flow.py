@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from std_msgs.msg import UInt64, UInt64MultiArray
 
-from worm_msgs_py.convert.strict import strict
+from worm_msgs_py.convert.message_checks import strict
 
 
 def count_to_msg(count: int) -> UInt64:

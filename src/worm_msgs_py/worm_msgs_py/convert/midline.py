@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2, PointField
 
 from worm_msgs_py.contract.body import BodyState, Midline
+from worm_msgs_py.convert.message_checks import strict
 from worm_msgs_py.convert.stamp import header
-from worm_msgs_py.convert.strict import strict
 
 _FIELD_NAMES = ("x", "y", "z", "s", "width", "u_px", "v_px", "s_px", "width_px")
 _BYTES = 4

@@ -7,8 +7,8 @@ from sensor_msgs.msg import JointState
 from worm_msgs_py.contract.frames import Where
 from worm_msgs_py.contract.model import Comparison, Forecast, ModelQuantity, NeededReversal
 from worm_msgs_py.convert.joints import joints_from_msg, joints_to_msg
+from worm_msgs_py.convert.message_checks import strict, whole
 from worm_msgs_py.convert.stamp import stamp_to_ns
-from worm_msgs_py.convert.strict import strict, whole
 
 _PARAMETER, _NEEDED, _FORECAST = "parameter/", "needed_reversal/", "forecast/"
 _IS_MEASURED = "_is_measured"
@@ -60,8 +60,8 @@ def comparison_from_msg(msg: JointState) -> Comparison:
     return Comparison(
         stamp_ns=stamp_to_ns(msg.header.stamp),
         parameters=tuple(named[_PARAMETER]),
-        quantities=tuple(_quantity(prefix, numbers) for prefix, numbers in quantities.items()),
-        needs=tuple(_need(prefix, numbers) for prefix, numbers in needs.items()),
+        quantities=tuple(_quantity_of(prefix, numbers) for prefix, numbers in quantities.items()),
+        needs=tuple(_need_of(prefix, numbers) for prefix, numbers in needs.items()),
         scores=tuple(named[_FORECAST]),
     )
 
@@ -97,12 +97,12 @@ def forecast_from_msg(msg: JointState) -> Forecast:
     )
 
 
-def _quantity(prefix: str, numbers: dict[str, float]) -> ModelQuantity:
+def _quantity_of(prefix: str, numbers: dict[str, float]) -> ModelQuantity:
     name, _, unit = prefix.removesuffix("]").partition("[")
     return ModelQuantity(name=name, unit=unit, **numbers)
 
 
-def _need(prefix: str, numbers: dict[str, float]) -> NeededReversal:
+def _need_of(prefix: str, numbers: dict[str, float]) -> NeededReversal:
     rule, speed, observation = prefix.split("/")
     is_measured = bool(numbers.pop("is_measured"))
     return NeededReversal(rule, speed, observation, **numbers, is_measured=is_measured)

@@ -6,8 +6,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 
 from worm_msgs_py.contract.source_events import SourceEvent
 from worm_msgs_py.convert.diagnostics import record_to_status, status_to_record
+from worm_msgs_py.convert.message_checks import strict
 from worm_msgs_py.convert.stamp import header
-from worm_msgs_py.convert.strict import strict
 
 
 def source_events_to_msg(events: Sequence[SourceEvent], stamp_ns: int) -> DiagnosticArray:

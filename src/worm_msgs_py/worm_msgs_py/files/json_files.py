@@ -27,16 +27,18 @@ def read_json(path: Path, most_bytes: int = MOST_BYTES) -> Any:
     if len(raw) > most_bytes:
         raise ValueError(f"is larger than {most_bytes >> 20} MB")
     try:
-        return json.loads(raw.decode("utf-8"), parse_constant=_refuse, parse_float=_finite)
+        return json.loads(
+            raw.decode("utf-8"), parse_constant=_refuse_word, parse_float=_finite_number
+        )
     except RecursionError:
         raise ValueError("is nested too deeply") from None
 
 
-def _refuse(word: str) -> NoReturn:
+def _refuse_word(word: str) -> NoReturn:
     raise ValueError(f"holds {word}, which is no JSON")
 
 
-def _finite(text: str) -> float:
+def _finite_number(text: str) -> float:
     value = float(text)
     if not isfinite(value):
         raise ValueError(f"holds {text[:40]}, which no number can be")

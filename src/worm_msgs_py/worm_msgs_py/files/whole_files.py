@@ -17,7 +17,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     What is at `path` is replaced: it is for a file that is ours.
     """
-    unfinished = _beside(path)
+    unfinished = _partial_path(path)
     try:
         yield unfinished
         unfinished.replace(path)
@@ -35,14 +35,14 @@ def new_file(path: Path) -> Iterator[Path]:
         Something is at `path`, at the start or by the end, or it cannot be written.
     """
     refuse_existing(path)
-    unfinished = _beside(path)
-    with _told_in_a_line(path):
+    unfinished = _partial_path(path)
+    with _write_errors_in_a_line(path):
         try:
             yield unfinished
             try:
                 os.link(unfinished, path)  # unlike a rename it never replaces
             except FileExistsError:
-                raise _exists(path) from None
+                raise _exists_already(path) from None
             except OSError as error:
                 if error.errno not in (errno.EPERM, errno.EOPNOTSUPP):
                     raise
@@ -64,8 +64,8 @@ def new_folder(path: Path) -> Iterator[Path]:
         Something is at `path`, at the start or by the end, or it cannot be written.
     """
     refuse_existing(path)
-    unfinished = _beside(path)
-    with _told_in_a_line(path):
+    unfinished = _partial_path(path)
+    with _write_errors_in_a_line(path):
         try:
             unfinished.mkdir(parents=True)
             yield unfinished / path.name
@@ -78,15 +78,15 @@ def new_folder(path: Path) -> Iterator[Path]:
 def refuse_existing(path: Path) -> None:
     """Raise BadInput where something is at `path`, be it a link that leads nowhere."""
     if os.path.lexists(path):
-        raise _exists(path)
+        raise _exists_already(path)
 
 
-def _exists(path: Path) -> BadInput:
+def _exists_already(path: Path) -> BadInput:
     return BadInput(f"{path}: exists already; remove it or choose another name")
 
 
 @contextmanager
-def _told_in_a_line(path: Path) -> Iterator[None]:
+def _write_errors_in_a_line(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
@@ -94,5 +94,5 @@ def _told_in_a_line(path: Path) -> Iterator[None]:
         raise BadInput(f"{path}: cannot be written ({why}); choose another place") from error
 
 
-def _beside(path: Path) -> Path:
+def _partial_path(path: Path) -> Path:
     return path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")

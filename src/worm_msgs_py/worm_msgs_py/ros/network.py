@@ -63,11 +63,11 @@ def dds_settings(reach: Reach, *, heed_profile: bool = False) -> dict[str, str]:
         _refuse_contradiction()
         return {}
     if reach is Reach.OWN:
-        return {_PROFILES: _profile("own_context"), _RANGE: "OFF", **_alone()}
+        return {_PROFILES: _profile_file("own_context"), _RANGE: "OFF", **_alone()}
     if (heed_profile and os.environ.get(_PROFILES)) or not _is_fast_dds():
         return {_RANGE: "LOCALHOST", **_alone()}
     # The profile says all of it: with LOCALHOST, rmw_fastrtps adds a transport of its own.
-    return {_PROFILES: _profile("this_machine"), _RANGE: "SYSTEM_DEFAULT", **_alone()}
+    return {_PROFILES: _profile_file("this_machine"), _RANGE: "SYSTEM_DEFAULT", **_alone()}
 
 
 def reach_of_a_lone_node() -> Reach:
@@ -90,7 +90,7 @@ def _alone() -> dict[str, str]:
     return alone
 
 
-def _profile(name: str) -> str:
+def _profile_file(name: str) -> str:
     return str(Path(__file__).with_name(f"{name}.xml"))
 
 

@@ -15,7 +15,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from worm_msgs_py.errors import BadInput
+from worm_msgs_py.errors import BAD_INPUT, BadInput
 from worm_msgs_py.ros.claims import claim
 from worm_msgs_py.ros.network import Reach, dds_settings, environment, reach_of_a_lone_node
 from worm_msgs_py.ros.parameter_files import files_of_a_rig
@@ -24,7 +24,6 @@ from worm_msgs_py.text import printable
 
 TICK_S = 0.1
 """No wait is longer than this, so that a signal or a service is heeded at once."""
-_REFUSED = 2
 
 AnyNode = TypeVar("AnyNode", bound=Node)
 
@@ -220,4 +219,4 @@ def run_alone(
             return drive(node, executor, stop)
     except (*refusals, InvalidParameterTypeException) as error:
         print(printable(error), file=sys.stderr)
-        return _REFUSED
+        return BAD_INPUT

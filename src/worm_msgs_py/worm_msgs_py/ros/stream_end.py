@@ -1,8 +1,8 @@
 """When a node has all that is sent to it: it finishes, once.
 
 The source says on `flow/end` how many frames it sent; a node that has finished says on
-`flow/finished` how many messages it sent on each topic (`worm_msgs_py.ros.ledger`). Either may come
-before the last message does, so a node asks after each of them whether it has everything.
+`flow/finished` how many messages it sent on each topic (`worm_msgs_py.ros.counting_publisher`).
+Either may come before the last message does, so a node asks after each whether it has everything.
 """
 
 from collections.abc import Callable, Collection
@@ -12,7 +12,7 @@ from std_msgs.msg import UInt64
 
 from worm_msgs_py import convert
 from worm_msgs_py.errors import MalformedMessage
-from worm_msgs_py.ros.ledger import Announcement, read_announcement
+from worm_msgs_py.ros.counting_publisher import Announcement, read_announcement
 
 
 class StreamEnd:

@@ -11,14 +11,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from worm_msgs_py.errors import NodeFailed
+from worm_msgs_py.errors import INCOMPLETE, NodeFailed
 from worm_msgs_py.limits import Limit
 
 PATIENCE = Limit(0.1, 86400.0, "s")
 PATIENCE_S = 60.0
 """Longer than any node takes over one message, shorter than a trial that nobody watches."""
 _SIGNAL = signal.SIGUSR2
-_INCOMPLETE = 1
 
 
 class Watch:
@@ -92,7 +91,7 @@ def _interrupt_what_hangs(watch: Watch, patience_s: float, over: threading.Event
                 file=sys.stderr,
                 flush=True,
             )
-            os._exit(_INCOMPLETE)
+            os._exit(INCOMPLETE)
         if silent_s > patience_s and not told:
             told = True
             faulthandler.dump_traceback(file=sys.__stderr__ or 2, all_threads=True)

@@ -17,11 +17,11 @@ from worm_msgs_py.declarations import Declaration, declarations
 from worm_msgs_py.errors import BadInput, MalformedMessage
 from worm_msgs_py.ros.parameter_files import for_others
 from worm_msgs_py.ros.parameters import FIXED, descriptor, of_its_kind, unknown_parameter
+from worm_msgs_py.ros.publisher_sequence import PublisherSequence
 from worm_msgs_py.ros.qos import RESULT
-from worm_msgs_py.ros.turn import Turn
 from worm_msgs_py.text import printable
 
-_LONGEST = 200
+_LONGEST_WARNING = 200
 
 _OF_RCLPY = ("qos_overrides.", "use_sim_time", "start_type_description_service")
 
@@ -171,22 +171,22 @@ class WormNode(Node):
         kwargs.setdefault(
             "event_callbacks", SubscriptionEventCallbacks(use_default_callbacks=False)
         )
-        turn = Turn() if in_sequence else None
+        sequence = PublisherSequence() if in_sequence else None
 
         def on_message(msg: Any, info: Any) -> None:
             number = info["publication_sequence_number"]
-            if turn is not None and not turn.is_next(number):
+            if sequence is not None and not sequence.is_next(number):
                 self._ignore(topic, f"number {number} of its publisher is out of turn")
                 return
             try:
                 callback(msg)
             except MalformedMessage as error:
                 self._ignore(topic, str(error))
-                if turn is not None:
-                    turn.refused(number)
+                if sequence is not None:
+                    sequence.refused(number)
             else:
-                if turn is not None:
-                    turn.taken(number)
+                if sequence is not None:
+                    sequence.taken(number)
 
         return super().create_subscription(msg_type, topic, on_message, qos_profile, **kwargs)
 
@@ -201,7 +201,7 @@ class WormNode(Node):
         status = DiagnosticStatus(
             level=DiagnosticStatus.WARN,
             name=f"{self.get_name()}: messages ignored",
-            message=printable(f"{topic}: {why}")[:_LONGEST],
+            message=printable(f"{topic}: {why}")[:_LONGEST_WARNING],
             values=[KeyValue(key=name, value=str(n)) for name, n in self.ignored.items()],
         )
         self._complaints.publish(DiagnosticArray(status=[status]))

@@ -79,7 +79,7 @@ def calibrate(
     if not circles:
         raise NoChamberFound(_why_none(picture, settings))
     chambers = tuple(
-        _chamber_of(picture, circle, name, parameters, settings)
+        _chamber_of_circle(picture, circle, name, parameters, settings)
         for name, circle in zip((CHAMBER_A, CHAMBER_B), circles, strict=False)
     )
     chambers = with_shared_passage(chambers, settings)
@@ -146,7 +146,7 @@ def with_shared_passage(
     )
 
 
-def _chamber_of(
+def _chamber_of_circle(
     picture: Picture,
     circle: FittedCircle,
     name: str,

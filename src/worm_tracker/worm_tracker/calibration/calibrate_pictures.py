@@ -83,7 +83,7 @@ def calibrate_pictures(
     counts = [len(geometry.chambers) for geometry in geometries]
     usual = max(set(counts), key=counts.count)
     alike = [geometry for geometry in geometries if len(geometry.chambers) == usual]
-    chambers = tuple(_agreed([each.chambers[k] for each in alike]) for k in range(usual))
+    chambers = tuple(_median_chamber([each.chambers[k] for each in alike]) for k in range(usual))
     length_m = passage_length(chambers, parameters)
     geometry = replace(alike[0], chambers=chambers, passage_length_m=length_m)
     return PicturesCalibration(enough[0], geometry, len(alike), len(pictures))
@@ -99,7 +99,7 @@ def _geometries(pictures: Sequence[Picture], parameters: TrackerParameters) -> l
     return found
 
 
-def _agreed(seen: list[Chamber]) -> Chamber:
+def _median_chamber(seen: list[Chamber]) -> Chamber:
     """Return the medians of one chamber over the pictures, and what they are uncertain by.
 
     Raises
@@ -116,7 +116,7 @@ def _agreed(seen: list[Chamber]) -> Chamber:
             "it: a rig file is for a camera that stands still; a replay without circles in it "
             "follows the rig"
         )
-    scatter = hypot(_scatter(u), _scatter(v))
+    scatter = hypot(_robust_sd(u), _robust_sd(v))
     centre_sd = max(float(np.median(_values(seen, "centre_sd_px"))), scatter)
     open_ = [chamber for chamber in seen if isfinite(chamber.exit_width_m)]
     agreed = replace(
@@ -145,7 +145,7 @@ def with_agreed_exit(chamber: Chamber, seen: Sequence[Chamber]) -> Chamber:
     width_m, width_sd_m = _median(seen, "exit_width_m", "exit_width_sd_m")
     turns = _values(seen, "exit_rad")
     off_rad = np.angle(np.exp(1j * (turns - turns[0])))
-    turn_sd = max(float(np.median(_values(seen, "exit_sd_rad"))), _scatter(off_rad))
+    turn_sd = max(float(np.median(_values(seen, "exit_sd_rad"))), _robust_sd(off_rad))
     return replace(
         chamber,
         exit_rad=float(turns[0] + np.median(off_rad)),
@@ -161,13 +161,13 @@ def _median(chambers: Sequence[Chamber], name: str, sd_name: str) -> tuple[float
     The latter is NaN where the number was given.
     """
     values, own = _values(chambers, name), float(np.median(_values(chambers, sd_name)))
-    return float(np.median(values)), max(own, _scatter(values)) if isfinite(own) else nan
+    return float(np.median(values)), max(own, _robust_sd(values)) if isfinite(own) else nan
 
 
 def _values(chambers: Sequence[Chamber], name: str) -> Floats:
     return np.array([getattr(chamber, name) for chamber in chambers], np.float64)
 
 
-def _scatter(values: Floats) -> float:
+def _robust_sd(values: Floats) -> float:
     """Return the standard deviation that the median distance from the median tells."""
     return float(_SD_OF_MAD * np.median(np.abs(values - np.median(values))))

@@ -134,7 +134,7 @@ def _wall_points(
     """Return points on all walls, their outward normals, and which wall has which."""
     points, normals, walls, count = [], [], [], 0
     for chamber in geometry.chambers:
-        for place, normal in (_circle(chamber, settings), _passage(chamber, settings)):
+        for place, normal in (_circle_and_normals(chamber, settings), _passage(chamber, settings)):
             if not len(place):
                 continue
             points.append(place)
@@ -144,7 +144,9 @@ def _wall_points(
     return np.concatenate(points), np.concatenate(normals), walls
 
 
-def _circle(chamber: Chamber, settings: MotionDetectorSettings) -> tuple[Floats, Floats]:
+def _circle_and_normals(
+    chamber: Chamber, settings: MotionDetectorSettings
+) -> tuple[Floats, Floats]:
     angles = np.linspace(0, 2 * np.pi, settings.circle_points, endpoint=False)
     if np.isfinite(chamber.exit_width_m):
         half = chamber.exit_width_m / 2 * chamber.px_per_m

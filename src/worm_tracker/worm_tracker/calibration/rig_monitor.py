@@ -17,7 +17,7 @@ from worm_tracker.calibration.calibrate import (
     with_shared_passage,
 )
 from worm_tracker.calibration.calibrate_pictures import with_agreed_exit
-from worm_tracker.calibration.circle_fit import FittedCircle, fit_circle
+from worm_tracker.calibration.circle_fit import FittedCircle, fit_circle, refit_circle
 from worm_tracker.calibration.exit_fit import (
     FittedExit,
     find_exit,
@@ -194,15 +194,7 @@ class RigMonitor:
 
     def _with_exit(self, picture: Picture, chamber: Chamber, contour: Floats | None) -> Chamber:
         """Return a chamber with its exit, if it is in view and clear of the worm."""
-        circle = FittedCircle(
-            chamber.centre_u_px,
-            chamber.centre_v_px,
-            chamber.radius_px,
-            chamber.residual_px,
-            chamber.centre_sd_px,
-            chamber.radius_sd_px,
-        )
-        found = find_exit(picture, circle, self._settings.calibration.exit)
+        found = find_exit(picture, _circle(chamber), self._settings.calibration.exit)
         if found is None:
             return chamber
         seen = self._seen(chamber, found)
@@ -255,6 +247,9 @@ class RigMonitor:
     def _found_again(self, picture: Picture, stamp_ns: int) -> list[Chamber]:
         """Return the chambers where their walls are now; none where one is not to be seen."""
         old, settings = self.assumed.chambers, self._settings
+        still = self._still_there(picture)
+        if still:
+            return still
         moved = []
         for chamber in old:
             centre = chamber.centre_u_px, chamber.centre_v_px
@@ -270,6 +265,20 @@ class RigMonitor:
         except NoChamberFound:
             return []
         return list(fresh.chambers) if len(fresh.chambers) == len(old) else []
+
+    def _still_there(self, picture: Picture) -> list[Chamber]:
+        """Return the chambers by another look at where they were; none where one has moved.
+
+        Most alarms are false, of a worm that dims the water before a wall; and looking for walls
+        that may be anywhere takes several frames' time.
+        """
+        found = []
+        for chamber in self.assumed.chambers:
+            circle = refit_circle(picture, _circle(chamber), self._settings.calibration.circle)
+            if circle is None or _change_px(chamber, circle) >= self._settings.least_move_px:
+                return []
+            found.append(_on_circle(chamber, circle))
+        return found
 
     def _turn(self, picture: Picture, moved: list[Chamber], contour: Floats | None) -> float:
         """Return by how much the rig has turned, counter-clockwise as seen."""
@@ -330,6 +339,24 @@ class RigMonitor:
         if self._motion is not None:
             self._motion = MotionDetector(picture, self.assumed, self._settings.motion)
         return GeometryChange(self.geometry, motion, why)
+
+
+def _circle(chamber: Chamber) -> FittedCircle:
+    """Return the circle that a chamber was found on."""
+    return FittedCircle(
+        chamber.centre_u_px,
+        chamber.centre_v_px,
+        chamber.radius_px,
+        chamber.residual_px,
+        chamber.centre_sd_px,
+        chamber.radius_sd_px,
+    )
+
+
+def _change_px(chamber: Chamber, circle: FittedCircle) -> float:
+    """Return by how much a circle's centre or radius is not a chamber's."""
+    shift = hypot(circle.u - chamber.centre_u_px, circle.v - chamber.centre_v_px)
+    return max(shift, abs(circle.radius - chamber.radius_px))
 
 
 def _on_circle(chamber: Chamber, circle: FittedCircle) -> Chamber:

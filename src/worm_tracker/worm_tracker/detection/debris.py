@@ -92,7 +92,7 @@ def without_debris(
     """
     if model is None:
         yield detection
-        yield from _opened(detection, settings)
+        yield from _without_thin_parts(detection, settings)
         return
     if body is not None and detection.blob.area > settings.overgrown_area_over_known * model.area:
         near = _corridor(detection, body, model.width, settings)
@@ -122,7 +122,9 @@ def _corridor(
     return mask
 
 
-def _opened(detection: Detection, settings: DebrisCuttingSettings) -> Iterator[Detection]:
+def _without_thin_parts(
+    detection: Detection, settings: DebrisCuttingSettings
+) -> Iterator[Detection]:
     """Return what is left of the object where thin parts fall off: ever thicker ones."""
     mask = detection.view.above_threshold()
     thickest = 2 * float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max())

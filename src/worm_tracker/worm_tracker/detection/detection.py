@@ -180,6 +180,19 @@ class Detection:
         u, v = np.rint(self.view.in_window(points)).astype(int).T
         return np.asarray(self.occluder[v.clip(0, height - 1), u.clip(0, width - 1)] > 0)
 
+    def goes_on_at(self, points: Floats, distance: float) -> bool:
+        """Tell whether the object goes on, within this many pixels, where a midline on it ends."""
+        pixels, points = self.object_pixels(), self.view.in_window(points)
+        height, width = pixels.shape
+        for tip, within in (points[:2], points[:-3:-1]):
+            onwards = (tip - within) / max(float(np.hypot(*(tip - within))), 1e-9)
+            ahead = tip + distance * np.linspace(0.5, 1.0, 4)[:, None] * onwards
+            u, v = np.rint(ahead).astype(int).T
+            seen = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+            if pixels[v[seen], u[seen]].any():
+                return True
+        return False
+
     def restricted_to(self, mask: Picture) -> "Detection | None":
         """Return the largest object within a mask of the window; what is outside is no signal."""
         wide = cv2.dilate(mask, np.ones((2 * _RIM_PX + 1, 2 * _RIM_PX + 1), np.uint8))

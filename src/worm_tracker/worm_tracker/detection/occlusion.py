@@ -155,7 +155,7 @@ def reconnect(blobs: list[Blob], view: OccludedView) -> ReconnectedBody | None:
     ReconnectedBody or None
         None where nothing of the worm is at a place that may occlude it.
     """
-    lines = [line for line in (_line(blob, view) for blob in blobs) if line is not None]
+    lines = [line for line in (_fragment_midline(blob, view) for blob in blobs) if line is not None]
     if view.body is not None:
         lines = [
             line
@@ -168,12 +168,14 @@ def reconnect(blobs: list[Blob], view: OccludedView) -> ReconnectedBody | None:
     chain = _chain([_Fragment.of(line, view) for line in lines], view)
     parts = _certain_lines(chain, (False, False))
     bridges = [_bridge(one, other, view) for one, other in pairwise(parts)]
-    occluded = _occluded_ends(chain, sum(map(_long, parts)) + sum(map(_long, bridges)), view)
+    occluded = _occluded_ends(
+        chain, sum(map(_line_length, parts)) + sum(map(_line_length, bridges)), view
+    )
     if not bridges and not any(occluded):
         return None
     if any(occluded):
         parts = _certain_lines(chain, occluded)
-        seen = sum(map(_long, parts)) + sum(map(_long, bridges))
+        seen = sum(map(_line_length, parts)) + sum(map(_line_length, bridges))
         if view.length and view.body is not None:
             bridges += _continued_ends(parts, occluded, view.length - seen, view.body, view)
     return ReconnectedBody(parts, bridges, occluded)
@@ -220,7 +222,7 @@ class _Fragment:
 def _chain(fragments: list[_Fragment], view: OccludedView) -> list[_Fragment]:
     """Return the fragments that continue the first one, in order along the body."""
     chain, rest = [fragments[0]], fragments[1:]
-    longest = view.settings.worm_length_over_longest_fragment * _long(fragments[0].line)
+    longest = view.settings.worm_length_over_longest_fragment * _line_length(fragments[0].line)
     length = view.length or longest
     while rest:
         found = _best_continuation(chain, rest, length, view)
@@ -251,7 +253,7 @@ def _certain_lines(chain: list[_Fragment], occluded: tuple[bool, bool]) -> list[
     ]
 
 
-def _line(blob: Blob, view: OccludedView) -> Floats | None:
+def _fragment_midline(blob: Blob, view: OccludedView) -> Floats | None:
     """Return the midline of a fragment; None where it is none of a worm."""
     width, settings = view.width, view.settings
     if blob.area < settings.least_fragment_area_widths2 * width**2:
@@ -272,7 +274,7 @@ def _best_continuation(
 ) -> tuple[bool, int, _Fragment] | None:
     """Return the fragment that continues a chain best: at its start?, which, in the right order."""
     best, least = None, np.inf
-    so_far = sum(_long(fragment.line) for fragment in chain)
+    so_far = sum(_line_length(fragment.line) for fragment in chain)
     spare = view.settings.most_length_over_known * view.length - so_far
     for at_start in (True, False):
         end = (chain[0].reversed() if at_start else chain[-1]).certain_line(False, True)
@@ -281,7 +283,7 @@ def _best_continuation(
                 line = way.certain_line(True, False)
                 far = float(np.hypot(*(line[0] - end[-1])))
                 too_far = far > view.settings.longest_gap_lengths * length
-                if too_far or (view.length and far + _long(line) > spare):
+                if too_far or (view.length and far + _line_length(line) > spare):
                     continue
                 cost = _gap_cost(end, line, view)
                 if cost >= least:
@@ -310,7 +312,7 @@ def _angle(one: Floats, other: Floats) -> float:
     return acos(min(max(float(one @ other) / scale, -1.0), 1.0)) if scale > 1e-9 else pi
 
 
-def _long(line: Floats) -> float:
+def _line_length(line: Floats) -> float:
     return float(arc_length(line)[-1])
 
 

@@ -124,8 +124,8 @@ def cross_sections(
     settings : CrossSectionSettings
     """
     reach = int(settings.edge_reach_widths * width / PROFILE_STEP_PX) + 1
-    offsets = PROFILE_STEP_PX * np.arange(-reach, reach + 1)
-    profiles = interpolate(signal, path[:, None] + (1j * tangents(path))[:, None] * offsets)
+    offsets = PROFILE_STEP_PX * np.arange(-reach, reach + 1, dtype=np.float64)
+    profiles = _across(signal, path, 1j * tangents(path), offsets)
     core_nodes = round(settings.level_half_width_widths * width / PROFILE_STEP_PX)
     spine_nodes = round(settings.level_half_width_at_tip_px / PROFILE_STEP_PX)
     core, spine = (
@@ -137,7 +137,7 @@ def cross_sections(
     own = np.clip(core, settings.lowest_level_over_known * level, level)
     own = np.where(covers.middle, level, own)
     left, right = (
-        _edge(outwards, *_edge_height(own, covers, side, settings), half, tip)
+        _edge_of_profile(outwards, *_edge_height(own, covers, side, settings), half, tip)
         for side, outwards in enumerate((profiles[:, reach::-1], profiles[:, reach:]))
     )
     body = core > settings.edge_over_body_level * level
@@ -171,9 +171,22 @@ def _middles(
     return shift, weight
 
 
+def _across(signal: Picture, path: Complex, normal: Complex, offsets: Floats) -> Floats32:
+    """Return a signal at some distances from each node of a path, along its normal."""
+    at = np.empty((len(path), len(offsets), 2), np.float32)
+    at[..., 0] = path.real[:, None] + normal.real[:, None] * offsets
+    at[..., 1] = path.imag[:, None] + normal.imag[:, None] * offsets
+    return _interpolated(signal, at)
+
+
 def interpolate(signal: Picture, where: Complex) -> Floats32:
     """Return a signal between its pixels, at u + iv; zero outside."""
     at = where.astype(np.complex64).view(np.float32).reshape(*where.shape, 2)
+    return _interpolated(signal, at)
+
+
+def _interpolated(signal: Picture, at: Floats32) -> Floats32:
+    """Return a signal between its pixels, at (u, v); zero outside."""
     values = cv2.remap(  # the stubs do not know that pairs need no second map
         signal,
         at,
@@ -196,7 +209,9 @@ def _edge_height(
     return below + settings.edge_over_body_level * (above - below), seen
 
 
-def _edge(profiles: Floats32, threshold: Floats, seen: Mask, half: Floats, tip: Mask) -> Floats:
+def _edge_of_profile(
+    profiles: Floats32, threshold: Floats, seen: Mask, half: Floats, tip: Mask
+) -> Floats:
     """Return where each profile falls below its threshold, nearest to where its edge should be.
 
     At a tip, whose width is not known, where it first does; infinity where it does not.

@@ -5,6 +5,7 @@ from functools import cache
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgtsv
 
 from worm_msgs_py.arrays import Complex, Floats
 
@@ -64,6 +65,55 @@ def resample(curve: Floats, count: int) -> Floats:
     return as_points(np.interp(s[-1] * unit_grid(count), s, z))
 
 
+def cubic_through(s: Floats, curve: Complex, at: Floats) -> Complex:
+    """Return points of the cubic spline through some points: SciPy's, at a fifth of its time.
+
+    What `CubicSpline` costs is the care that it takes of all that it may be given.
+
+    Parameters
+    ----------
+    s : ndarray, shape (n,)
+        Arc lengths of the points, n > 3.
+    curve : ndarray of complex, shape (n,)
+    at : ndarray, shape (m,)
+        Arc lengths of the points wanted; beyond the ends the last piece goes on.
+
+    Raises
+    ------
+    ValueError
+        Two points are one.
+    """
+    step, rise = s[1:] - s[:-1], curve[1:] - curve[:-1]
+    if not (step > 0).all():
+        raise ValueError("two points of a curve are one")
+    slope = rise / step
+    # Slopes at the points: second derivatives agree there, at the last but one third ones, too.
+    diagonal, above, below = np.empty(len(s)), np.empty(len(s) - 1), np.empty(len(s) - 1)
+    right = np.empty(len(s), np.complex128)
+    diagonal[1:-1] = 2 * (step[:-1] + step[1:])
+    above[1:], below[:-1] = step[:-1], step[1:]
+    right[1:-1] = 3 * (step[1:] * slope[:-1] + step[:-1] * slope[1:])
+    diagonal[0], diagonal[-1] = step[1], step[-2]
+    above[0], below[-1] = first, last = s[2] - s[0], s[-1] - s[-3]
+    right[0] = (step[0] + 2 * first) * step[1] * slope[0] + step[0] ** 2 * slope[1]
+    right[0] /= first
+    right[-1] = step[-1] ** 2 * slope[-2] + (2 * last + step[-1]) * step[-2] * slope[-1]
+    right[-1] /= last
+    both = np.asfortranarray(right.view(np.float64).reshape(-1, 2))
+    *_, solved, info = dgtsv(below, diagonal, above, both, True, True, True, True)
+    if info:
+        raise ValueError("two points of a curve are one")
+    tangent = np.ascontiguousarray(solved).view(np.complex128)[:, 0]
+    bend = (tangent[:-1] + tangent[1:] - 2 * slope) / step
+    k = (s.searchsorted(at, "right") - 1).clip(0, len(step) - 1)
+    way = at - s[k]
+    points = curve[k] + tangent[k] * way
+    way2 = way * way
+    points += ((slope - tangent[:-1]) / step - bend)[k] * way2
+    points += (bend / step)[k] * (way2 * way)
+    return np.asarray(points, np.complex128)
+
+
 def smooth_padded(padded: Complex, sigma: float, pad: int) -> Complex:
     """Smooth a curve along itself by a Gaussian; `pad` points at either end are cut off again."""
     # As one row of pairs: as a column it would take many times as long.
@@ -85,6 +135,12 @@ def reflected_ends(curve: Complex, sigma: float) -> tuple[Complex, int]:
     low = 2 * curve[0] - curve[pad:0:-1]
     high = 2 * curve[-1] - curve[-2 : -pad - 2 : -1]
     return np.concatenate([low, curve, high]), pad
+
+
+def median_of(values: Floats) -> float:
+    """Return the median; NumPy's own takes five times as long for so few values."""
+    ordered, middle = np.sort(values), len(values) // 2
+    return float((ordered[middle] + ordered[~middle]) / 2)
 
 
 def transformed_points(points: Floats | NDArray[np.int32], motion: Floats) -> Floats:

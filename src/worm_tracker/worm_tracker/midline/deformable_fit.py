@@ -90,28 +90,6 @@ def fit_body(
     return body.points()[::_SUBSTEPS]
 
 
-def mask_overlap(mask: Picture, points: Floats, widths: Floats) -> float:
-    """Return intersection over union of a mask and the body with this midline and these widths."""
-    drawn = draw_body(mask.shape, points, widths)
-    both = cv2.countNonZero(cv2.bitwise_and(mask, drawn))
-    either = cv2.countNonZero(cv2.bitwise_or(mask, drawn))
-    return both / max(either, 1)
-
-
-def draw_body(shape: tuple[int, ...], points: Floats, widths: Floats) -> Picture:
-    """Draw the body as a mask; it may cross itself."""
-    drawn = np.zeros(shape, np.uint8)
-    tangent = np.gradient(points, axis=0)
-    tangent /= np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)[:, None]
-    side = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) * np.maximum(widths, 1.0)[:, None] / 2
-    left = np.rint((points + side) * 16).astype(np.int32)
-    right = np.rint((points - side) * 16).astype(np.int32)
-    for k in range(len(points) - 1):
-        quad = np.array([left[k], left[k + 1], right[k + 1], right[k]])
-        cv2.fillConvexPoly(drawn, quad, 255, shift=4)
-    return drawn
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class _Series:
     """A curve by numbers: u and v of its middle, log of its stretch, terms of its direction."""
@@ -162,7 +140,7 @@ def _step(
 ) -> _Series:
     """Take one damped Gauss-Newton step."""
     curve = body.points()
-    pixels, weight = _pixels(target, curve, float(half.max()))
+    pixels, weight = _sampled_pixels(target, curve, float(half.max()))
     distance, nearest = cKDTree(curve).query(pixels)
     away = pixels - curve[nearest]
     tangent, _ = body.segments()
@@ -179,7 +157,7 @@ def _step(
     terms = ((1 + 0.3 * np.arange(len(prior) - 3)) / settings.term_sd_rad) ** 2
     stiffness = np.concatenate([[1e-3, 1e-3, settings.length_sd_relative**-2], terms])
     stiffness = stiffness * settings.pixel_sd**2 / weight
-    matrix = _square(jacobian) + np.diag(stiffness + 1e-6)
+    matrix = _normal_matrix(jacobian) + np.diag(stiffness + 1e-6)
     ahead = jacobian.T @ residual + stiffness * (prior - body.values)
     step = np.linalg.solve(matrix, ahead)
     step *= min(1.0, float(half.max()) / max(float(np.abs(step[:2]).max()), 1e-9))
@@ -190,7 +168,7 @@ def _step(
     return _Series(values, body.length)
 
 
-def _square(jacobian: Floats) -> Floats:
+def _normal_matrix(jacobian: Floats) -> Floats:
     """Return JᵀJ, in blocks that the linear algebra library does not spread over threads.
 
     Waking threads for so small a product takes far longer than the product.
@@ -202,7 +180,9 @@ def _square(jacobian: Floats) -> Floats:
     return np.asarray(np.matmul(blocks.transpose(0, 2, 1), blocks).sum(0))
 
 
-def _pixels(target: Floats32, curve: Floats, half: float) -> tuple[NDArray[np.int64], float]:
+def _sampled_pixels(
+    target: Floats32, curve: Floats, half: float
+) -> tuple[NDArray[np.int64], float]:
     """Return the pixels (u, v) on or near mask and body, and how many each one stands for."""
     near = (target > 0).astype(np.uint8)
     line = [np.rint(curve * 16).astype(np.int32)]

@@ -110,7 +110,7 @@ def find_half_heights(
     half *= height
     np.maximum(half, low[:, None], out=half)
     np.minimum(half, most[:, None], out=half)
-    half += _beside(profiles, low)[:, None]
+    half += _half_reflection(profiles, low)[:, None]
     at = (profiles < half).argmax(axis=1)
     found = at > 0
     np.maximum(at, 1, out=at)
@@ -198,11 +198,11 @@ def _half_heights(
     plateau += flat.take(np.maximum(top - 1, _rows(count, size)))
     # Never above the body's own level: a bright rim must not narrow the body.
     half = np.minimum(np.maximum(plateau / 4, low), level / 2)
-    half += _beside(profiles, low)
+    half += _half_reflection(profiles, low)
     return half
 
 
-def _beside(profiles: Floats32, low: Floats32) -> Floats32:
+def _half_reflection(profiles: Floats32, low: Floats32) -> Floats32:
     """Return half of what darkens the water beside the body, a reflection say: no part of it."""
     beside = profiles[:, profiles.shape[1] - _SAMPLES_BESIDE :] @ _HALF_MEAN
     beside *= beside < low / 2

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from worm_msgs_py.arrays import Complex, Floats
 from worm_tracker.midline.curve import (
@@ -16,6 +15,7 @@ from worm_tracker.midline.curve import (
     as_complex,
     as_points,
     complex_arc_length,
+    cubic_through,
     tangents,
     transformed_points,
 )
@@ -122,7 +122,7 @@ def evenly(curve: Complex, count: int, first: float = 0.0, last: float | None = 
     """
     s = complex_arc_length(curve)
     at = np.linspace(first, float(s[-1]) if last is None else last, count)
-    return np.asarray(CubicSpline(s, curve)(at), np.complex128)
+    return cubic_through(s, curve, at)
 
 
 def continued(path: BodyPath, beyond: int, width: float, settings: ContinuationSettings) -> Complex:

@@ -9,10 +9,10 @@ for along the path; one that cannot be seen follows from the other and from the 
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.linalg import solveh_banded
 
 from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
@@ -28,6 +28,8 @@ from worm_tracker.midline.curve import (
     as_complex,
     as_points,
     complex_arc_length,
+    cubic_through,
+    median_of,
     reflected_ends,
     tangents,
 )
@@ -81,7 +83,7 @@ class PathFollowingSettings:
     sections: CrossSectionSettings = field(default_factory=CrossSectionSettings)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class ExpectedBody:
     """What a body that slides along its path is expected to be.
 
@@ -101,10 +103,15 @@ class ExpectedBody:
     length_sd: float
     darkening: float
 
-    @property
+    @cached_property
     def width(self) -> float:
         """The width of most of the body."""
-        return float(np.median(self.widths))
+        return median_of(self.widths)
+
+    @cached_property
+    def level(self) -> float:
+        """The signal of most of the body, grey levels."""
+        return median_of(self.levels)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -183,17 +190,17 @@ def slide_along_path(
     beyond = int((settings.continued_beyond_slide_widths * width + most) / path.step) + 2
     curve = continued(path, beyond, width, settings.continuation)
     view, extended = _View(signal, body, settings), _Extended(curve, path.step, beyond, ways)
-    along = _along(view, extended)
+    along = _expected_body(view, extended)
     seen = _measured(view, extended, along)
     for k in range(settings.measurements - 1):
-        extended = _with_bends(view, _corrected(extended, seen, width, settings), along)
+        extended = _bends_moved(view, _moved_to_middle(extended, seen, width, settings), along)
         if k == 0 or k == settings.measurements - 2:
-            along = _along(view, extended)
+            along = _expected_body(view, extended)
         seen = _measured(view, extended, along)
     return _cut_at_ends(view, extended, along, seen, end_sd, frames)
 
 
-def _along(view: _View, extended: _Extended) -> _Along:
+def _expected_body(view: _View, extended: _Extended) -> _Along:
     """Return what the body is expected to be along a path, and where it covers itself."""
     body, settings = view.body, view.settings
     n, curve, step = len(extended.curve), extended.curve, extended.step
@@ -208,18 +215,17 @@ def _along(view: _View, extended: _Extended) -> _Along:
     normal, blur = 1j * tangents(curve), settings.edge_blur_px
     beside = (normal * half)[:, None] + (normal * blur)[:, None] * np.array([-1.0, 1.0])
     middle = curve[:, None]
-    at = np.hstack([middle, middle - beside, middle + beside])
+    at = np.hstack([middle, middle, middle - beside, middle + beside])
+    margins = blur * np.array([-2.0, 2.0, 0.0, 0.0, 0.0, 0.0])
     extent = slice(max(round(first), 0), max(round(last), 0) + 1)
-    covered = covered_by_others(at, curve, half, extent, step, 0.0, settings.cover)
-    covered[:, [2, 4]] |= _within_bend(curve, body.width, step, settings)
-    perhaps = covered_by_others(middle, curve, half, extent, step, 2 * blur, settings.cover)
-    surely = covered_by_others(middle, curve, half, extent, step, -2 * blur, settings.cover)
+    covered = covered_by_others(at, curve, half, extent, step, margins, settings.cover)
+    covered[:, [3, 5]] |= _within_bend(curve, body.width, step, settings)
     covers = Covers(
-        middle=surely[:, 0],
-        either=perhaps[:, 0],
-        inside=covered[:, [1, 3]],
-        outside=covered[:, [2, 4]],
-        level=float(np.median(body.levels)),
+        middle=covered[:, 0],
+        either=covered[:, 1],
+        inside=covered[:, [2, 4]],
+        outside=covered[:, [3, 5]],
+        level=body.level,
         darkening=body.darkening,
     )
     return _Along(half, level, covers)
@@ -254,7 +260,7 @@ def _measured(view: _View, extended: _Extended, along: _Along) -> CrossSections:
     )
 
 
-def _corrected(
+def _moved_to_middle(
     extended: _Extended, seen: CrossSections, width: float, settings: PathFollowingSettings
 ) -> _Extended:
     """Move a path to the middle of its cross-sections, smoothly, and even its steps.
@@ -286,7 +292,7 @@ def _corrected(
     return _Extended(curve, step, extended.beyond, extended.ways)
 
 
-def _with_bends(view: _View, extended: _Extended, along: _Along) -> _Extended:
+def _bends_moved(view: _View, extended: _Extended, along: _Along) -> _Extended:
     """Move a path's sharp bends to where the picture ends beyond them."""
     curve = bends_at_edges(
         view.signal,
@@ -356,10 +362,10 @@ def _sharpened(
     n = len(curve)
     k = min(max(round(at / total * (n - 1)), 0), n - 1)
     k = n - 1 - k if turned else k
-    return at if along.covers.either[k] else _entry(view, curve, at, along.level[k])
+    return at if along.covers.either[k] else _entry_into_body(view, curve, at, along.level[k])
 
 
-def _entry(view: _View, curve: Complex, at: float, level: float) -> float:
+def _entry_into_body(view: _View, curve: Complex, at: float, level: float) -> float:
     """Return the arc length at which a path enters the body, sought near one found on its nodes."""
     settings = view.settings
     edge = settings.sections.edge_over_body_level * level
@@ -367,7 +373,7 @@ def _entry(view: _View, curve: Complex, at: float, level: float) -> float:
     s = complex_arc_length(curve)
     k = min(max(int(np.searchsorted(s, at)), 4), len(curve) - 4)
     fine = np.arange(at - reach, at + reach, step)
-    line = CubicSpline(s[k - 4 : k + 4], curve[k - 4 : k + 4])(fine)
+    line = cubic_through(s[k - 4 : k + 4], curve[k - 4 : k + 4], fine)
     beside = 1j * tangents(line)[:, None] * np.array([-0.5, 0.0, 0.5])
     along = interpolate(view.signal, line[:, None] + beside).mean(axis=1)
     above = along >= edge

@@ -176,7 +176,7 @@ def refine(
     begins = 1 if whole[0] != body.curve[0] else 0
     centre = _centroid(np.interp(s, s_whole, whole), s, half_height)
     grid = s_whole[-1] * unit_grid(TRACKED_POINTS)
-    line = _with_bends(signal, whole, level, width, settings) + complex(*origin)
+    line = _hairpins_extended(signal, whole, level, width, settings) + complex(*origin)
     return RefinedMidline(
         points=as_points(line),
         widths=np.interp(grid, s, across),
@@ -190,7 +190,7 @@ def refine(
     )
 
 
-def _with_bends(
+def _hairpins_extended(
     signal: Picture, curve: Complex, level: float, width: float, settings: RefineSettings
 ) -> Complex:
     """Return the points of a midline whose hairpins reach to their outer edges."""

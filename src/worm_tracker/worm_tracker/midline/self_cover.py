@@ -5,10 +5,12 @@ tells them.
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
-from worm_msgs_py.arrays import Complex, Floats, Mask
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask
+from worm_tracker.midline.curve import median_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +30,7 @@ def covered_by_others(
     half: Floats,
     body: slice,
     step: float,
-    margin_px: float,
+    margin_px: float | Floats,
     settings: SelfCoverSettings,
 ) -> Mask:
     """Tell which points beside a path lie under another part of the body.
@@ -45,7 +47,7 @@ def covered_by_others(
         Nodes at which the body is thought to be.
     step : float
         Distance of the nodes, pixels.
-    margin_px : float
+    margin_px : float, or ndarray, shape (m,)
         How far beyond its edge (negative: within it) a part still counts as covering.
     settings : SelfCoverSettings
 
@@ -55,23 +57,50 @@ def covered_by_others(
     """
     first, last, _ = body.indices(len(path))
     parts = np.arange(first, last, settings.nodes_per_disc)
-    discs = path[parts].astype(np.complex64)
-    radius = np.maximum(half[parts] + margin_px, 0.0).astype(np.float32)
-    width = 2 * float(np.median(half[first:last])) if last > first else 0.0
+    width = 2 * median_of(half[first:last]) if last > first else 0.0
     apart = settings.least_way_between_parts_widths * width / max(step, 1e-9)
-    other = np.abs(np.arange(len(path))[:, None] - parts) > apart
-    away = at.astype(np.complex64)[:, :, None] - discs
-    near = away.real**2 + away.imag**2 < radius**2
-    return np.asarray((near & other[:, None, :]).any(axis=2))
+    margins = np.broadcast_to(margin_px, at.shape[1:])
+    radius = np.maximum(half[parts, None] + margins, 0.0).astype(np.float32)
+    covered = np.zeros(at.shape, bool)
+    if not radius.size:
+        return covered
+    # Most pairs of node and disc are far apart: only what is left is looked at closely.
+    far = float(np.abs(at - path[:, None]).max()) + float(radius.max()) + 1.0
+    node, disc = np.nonzero(_squared_distances(path, path[parts]) < far**2)
+    others = np.abs(node - parts[disc]) > apart
+    node, disc = node[others], disc[others]
+    away = at.astype(np.complex64)[node] - path[parts].astype(np.complex64)[disc, None]
+    under = away.real**2 + away.imag**2 < (radius**2)[disc]
+    for column in range(at.shape[1]):
+        covered[node[under[:, column]], column] = True
+    return covered
 
 
 def lies_near_itself(path: Complex, width: float, step: float, far_widths: float = 2.2) -> bool:
     """Tell whether two parts of a path are so near that one can hide an edge of the other."""
-    coarse = path[:: max(1, round(0.5 * width / step))].astype(np.complex64)
-    n = len(coarse)
-    away = np.abs(coarse[:, None] - coarse)
-    k = np.arange(n)
-    return bool((away[np.abs(k[:, None] - k) > 6] < far_widths * width).any())
+    coarse = path[:: max(1, round(0.5 * width / step))]
+    near = _squared_distances(coarse, coarse) < (far_widths * width) ** 2
+    return bool((near & _six_apart(len(coarse))).any())
+
+
+@cache
+def _six_apart(count: int) -> Mask:
+    """Tell which pairs of so many points have more than five between them."""
+    k = np.arange(count)
+    return np.asarray(np.abs(k[:, None] - k) > 6)
+
+
+def _squared_distances(points: Complex, others: Complex) -> Floats32:
+    """Return the squares of the distances of all pairs, shape (points, others)."""
+    middle = points[:1]  # near which single precision is enough
+    u, v = ((points - middle).astype(np.complex64).view(np.float32).reshape(-1, 2)).T
+    other_u, other_v = ((others - middle).astype(np.complex64).view(np.float32).reshape(-1, 2)).T
+    squared = u[:, None] - other_u
+    squared *= squared
+    aside = v[:, None] - other_v
+    aside *= aside
+    squared += aside
+    return squared
 
 
 def ends_on_body(

@@ -4,6 +4,7 @@ Both cover the same of the picture. A body goes on as straight as it can: where 
 get past each other, it is the other way, and what lies between them is passed the other way round.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,21 +50,50 @@ def exchanged_strands(
         The body's, pixels.
     settings : StrandExchangeSettings
     """
-    curve, step = path.curve, path.step
+    best, exchanged = settings.least_gain_rad2, None
+    for _, _, gain, again in _other_ways(path.curve, width, path.step, settings):
+        if gain > best:
+            best, exchanged = gain, again
+    return (None, 0.0) if exchanged is None else (BodyPath(exchanged), best)
+
+
+def doubtful_loops(path: BodyPath, width: float, settings: StrandExchangeSettings) -> list[float]:
+    """Return the breadths of the loops that are straighter if passed the other way round, pixels.
+
+    The picture shows the same then, but a part of the body lies elsewhere: by as much as this.
+    Loops no broader than the body are left out.
+
+    Parameters
+    ----------
+    path : BodyPath
+    width : float
+        The body's, pixels.
+    settings : StrandExchangeSettings
+    """
+    breadths = []
+    for i, j, gain, _ in _other_ways(path.curve, width, path.step, settings):
+        loop = path.curve[i : j + 1]
+        breadth = float(np.abs(loop - loop[::-1]).max())
+        if gain > 0 and breadth > width:
+            breadths.append(breadth)
+    return breadths
+
+
+def _other_ways(
+    curve: Complex, width: float, step: float, settings: StrandExchangeSettings
+) -> Iterator[tuple[int, int, float, Complex]]:
+    """Yield each exchange: its two nodes, how much straighter it is (rad²), and the curve."""
     window = round(settings.window_widths * width / step)
     joint = max(2, round(settings.joint_widths * width / step))
     reach = max(2, round(settings.direction_stretch_widths * width / step))
     turn2: Floats | None = None
-    best, exchanged = settings.least_gain_rad2, None
     for i, j in _meetings(curve, width, step, settings):
         if i < joint or j >= len(curve) - joint or j - i <= 2 * joint:
             continue
         turn2 = _turn2(curve, reach) if turn2 is None else turn2
         again = _exchanged(curve, i, j, joint)
         gain = _near(turn2, i, j, window) - _near(_turn2(again, reach), i, j, window)
-        if gain > best:
-            best, exchanged = gain, again
-    return (None, 0.0) if exchanged is None else (BodyPath(exchanged), best)
+        yield i, j, gain, again
 
 
 def _meetings(

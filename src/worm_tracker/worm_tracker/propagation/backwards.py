@@ -9,9 +9,10 @@ from collections.abc import Callable, Sequence
 from worm_msgs_py.arrays import Floats
 from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel
-from worm_tracker.midline.explained import ExplainedSettings
+from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.path import path_of
 from worm_tracker.midline.refine import RefinedMidline
+from worm_tracker.midline.strand_exchange import doubtful_loops
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch, PropagationSettings
 from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
@@ -48,7 +49,8 @@ class BackwardPropagation:
     ) -> None:
         path = path_of(opened.points, None, model.width)
         self._model, self._settings, self._contour_body = model, settings, contour_body
-        self._last = PropagatedBody(path, opened.confidence, opened.confidence)
+        known = not doubtful_loops(path, model.width, settings.exchange)
+        self._last = PropagatedBody(path, opened.confidence, opened.confidence, loops_known=known)
         self._before: Floats | None = None
         self._fits = 0
         self._left = list(reversed(detections))
@@ -64,13 +66,13 @@ class BackwardPropagation:
         if not self._left:
             raise StopIteration
         detection, settings = self._left.pop(), self._settings
-        self._model = model = _as_dark_as(detection, self._model, settings.explained)
+        self._model = model = _as_dark_as(detection, self._model, settings.residual)
         found = self._find(detection)
         if found is None or found.over_limits > settings.lost_over_limits:
             self._left = []
             raise StopIteration
         observation = observation_of(found, model, found.agreement, settings)
-        sure = found.agreement >= settings.least_agreement_backwards and found.over_limits <= 1
+        sure = found.agreement >= settings.least_agreement_backwards and found.is_explained
         self._before, self._last = self._last.points, found
         return observation if sure else coiled(detection, observation)
 
@@ -88,7 +90,9 @@ class BackwardPropagation:
         return found
 
 
-def _as_dark_as(detection: Detection, model: BodyModel, settings: ExplainedSettings) -> BodyModel:
+def _as_dark_as(
+    detection: Detection, model: BodyModel, settings: BodyResidualSettings
+) -> BodyModel:
     """Return a worm whose overlaps are as dark as an object's, where that has some."""
     darkening = darkening_of(detection, model, settings.least_dark_widths2, settings)
     return model if darkening is None else model.with_darkening(darkening)

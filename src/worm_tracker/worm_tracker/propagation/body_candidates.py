@@ -12,14 +12,15 @@ import numpy as np
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel, end_displacement
-from worm_tracker.midline.curve import as_points
-from worm_tracker.midline.deformable_fit import BodyFitSettings, fit_body
-from worm_tracker.midline.explained import (
-    ExplainedSettings,
+from worm_tracker.midline.body_residual import (
+    BodyResidualSettings,
+    ObjectMasks,
     Unexplained,
     dark_places,
     unexplained,
 )
+from worm_tracker.midline.curve import as_points
+from worm_tracker.midline.deformable_fit import BodyFitSettings, fit_body
 from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
 from worm_tracker.midline.path_following import (
     ExpectedBody,
@@ -27,9 +28,13 @@ from worm_tracker.midline.path_following import (
     slide_along_path,
 )
 from worm_tracker.midline.refine import RefinedMidline
-from worm_tracker.midline.regrow import RegrowSettings, regrown
+from worm_tracker.midline.regrown_ends import RegrownEndsSettings, regrown
 from worm_tracker.midline.self_cover import lies_near_itself
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings, exchanged_strands
+from worm_tracker.midline.strand_exchange import (
+    StrandExchangeSettings,
+    doubtful_loops,
+    exchanged_strands,
+)
 from worm_tracker.midline.strand_shift import StrandShiftSettings, shifted_strands
 from worm_tracker.worm_track import PropagatedBody
 
@@ -77,16 +82,19 @@ class PropagationSettings:
     open body's."""
     length_sd_relative: float = 0.04
     """How far the length of a body that strokes gets from what is expected, in a frame."""
+    open_loop_widths: float = 2.0
+    """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
+    cross each other unseen."""
     least_agreement_backwards: float = 0.75
     """What a body that is propagated backwards must have: nothing else supports it."""
     most_agreement_lost_backwards: float = 0.04
     """How much less than expected it may have."""
     most_fits_backwards: int = 12
     """Pictures in which a body may be fitted that does not slide there: many would take long."""
-    regrow: RegrowSettings = field(default_factory=RegrowSettings)
+    regrow: RegrownEndsSettings = field(default_factory=RegrownEndsSettings)
     exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)
     shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
-    explained: ExplainedSettings = field(default_factory=ExplainedSettings)
+    residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
     path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
     fit: BodyFitSettings = field(default_factory=BodyFitSettings)
 
@@ -121,8 +129,7 @@ class CandidateSearch:
     """An object in its window, and the worm that is to explain it."""
 
     signal: Picture
-    mask: Picture
-    dark: Picture | None
+    seen: ObjectMasks
     levels: Floats
     origin: complex
     model: BodyModel
@@ -144,13 +151,12 @@ class CandidateSearch:
         origin = complex(*detection.view.origin)
         mask, last = detection.object_pixels(), body.path.shifted(-origin)
         dark = None
-        if model.darkening > settings.explained.least_darkening:
+        if model.darkening > settings.residual.least_darkening:
             level = model.level * detection.gain / model.gain
-            dark = dark_places(detection.view.smooth, level, model.darkening, settings.explained)
+            dark = dark_places(detection.view.smooth, level, model.darkening, settings.residual)
+        seen = ObjectMasks(mask, dark, model.width, settings.residual)
         levels = model.levels_at(detection.gain)
-        return cls(
-            detection.view.signal, mask, dark, levels, origin, model, body, last, frames, settings
-        )
+        return cls(detection.view.signal, seen, levels, origin, model, body, last, frames, settings)
 
     def in_picture(self, found: Candidate) -> PropagatedBody:
         """Return a body in the picture's coordinates, and with what is expected of the next one."""
@@ -161,15 +167,26 @@ class CandidateSearch:
             path,
             found.agreement,
             expected,
-            self.origin + complex(found.unexplained.u, found.unexplained.v),
+            self.origin + found.unexplained.centroid(),
             found.end_sd_px,
             self.over_limits(found),
             found.straighter,
+            self.loops_known(found.path),
         )
+
+    def loops_known(self, path: BodyPath) -> bool:
+        """Tell whether it is known which way round the loops of a path are passed.
+
+        One in doubt that has been followed, and open, since it was known is passed as it was.
+        """
+        breadths = doubtful_loops(path, self.model.width, self.settings.exchange)
+        open_px = self.settings.open_loop_widths * self.model.width
+        was_known = self.body.loops_known and self.frames == 1
+        return not breadths or (was_known and min(breadths) > open_px)
 
     def over_limits(self, found: Candidate) -> float:
         """Return how many times what may be left over is."""
-        return found.unexplained.over_limits(self.model.width, self.settings.explained)
+        return found.unexplained.over_limits(self.model.width, self.settings.residual)
 
     def slid(self, path: BodyPath) -> Candidate | None:
         """Return a body slid along itself."""
@@ -227,13 +244,13 @@ class CandidateSearch:
             if best is found:
                 break
             found = replace(best, end_sd_px=found.end_sd_px)
-        near = self.settings.explained.end_widths * self.model.width
+        near = self.settings.residual.end_widths * self.model.width
         if not found.unexplained.wants_near(found.path.points[[0, -1]], 2 * near):
             return found
         for last_end in (False, True):
             path = regrown(
                 found.path,
-                self.mask,
+                self.seen.mask,
                 found.unexplained.wanted,
                 self.model.width,
                 self.end_width(last_end),
@@ -292,7 +309,7 @@ class CandidateSearch:
     def fitted(self, start: Floats) -> Candidate:
         """Return a deformable body fitted from a start."""
         model = self.model
-        points = fit_body(self.mask, start, model.widths, model.length, self.settings.fit)
+        points = fit_body(self.seen.mask, start, model.widths, model.length, self.settings.fit)
         return self.scored(path_of(points, None, model.width), model.widths)
 
     def scored(self, path: BodyPath, widths: Floats) -> Candidate:
@@ -301,15 +318,12 @@ class CandidateSearch:
         kink = max(turn - self.settings.most_turn_rad_per_width, 0.0)
         at = np.linspace(0, len(widths) - 1, len(path.curve))
         differs = unexplained(
-            self.mask,
-            self.dark,
+            self.seen,
             as_points(path.curve),  # finer than the midline's points: those cut hairpins short
             np.interp(at, np.arange(len(widths)), widths),
-            self.model.width,
-            self.settings.explained,
         )
         if differs.left_over and not lies_near_itself(path.curve, self.model.width, path.step):
-            near = self.settings.explained.end_widths * self.model.width
+            near = self.settings.residual.end_widths * self.model.width
             if not differs.wants_near(path.points[[0, -1]], near):
                 differs = replace(differs, left_over=0.0)  # debris that hangs on to an open body
         agreement = differs.agreement - self.settings.kink_cost_per_rad * kink

@@ -13,8 +13,8 @@ from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel, mean_width
+from worm_tracker.midline.body_residual import BodyResidualSettings, dark_places
 from worm_tracker.midline.curve import as_points
-from worm_tracker.midline.explained import ExplainedSettings, dark_places
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.observation import Observation
@@ -65,8 +65,8 @@ def propagate(
         over = scene.over_limits(slid)
         sound = slid.agreement >= enough and over <= 1
         poor = slid.agreement < last.expected_agreement - settings.most_agreement_lost_unsure
-        followed = over < settings.lost_over_limits and not poor and contour_body is None
-        if sound or followed:
+        followed = over < settings.lost_over_limits and contour_body is None
+        if sound or (followed and (over <= 1 or not poor)):  # no fit betters what explains all
             return scene.in_picture(slid)
     starts = [scene.last.points]
     if before is not None:
@@ -75,7 +75,7 @@ def propagate(
 
 
 def darkening_of(
-    detection: Detection, model: BodyModel, least_widths2: float, settings: ExplainedSettings
+    detection: Detection, model: BodyModel, least_widths2: float, settings: BodyResidualSettings
 ) -> float | None:
     """Return how much darker the object is where it is darkest; None where it is of one shade."""
     view = detection.view
@@ -136,7 +136,7 @@ def _end_sd_px(
     what it lies on are taken for its own. It is no surer than the length agrees with the known one.
     """
     first, last = body.end_sd_px
-    if model.darkening > settings.explained.least_darkening:
+    if model.darkening > settings.residual.least_darkening:
         return first, last
     off = abs(body.path.length - model.length)
     on_first, on_last = ends_on_body(

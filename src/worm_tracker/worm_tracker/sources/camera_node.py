@@ -34,7 +34,7 @@ from worm_tracker.sources.cameras.live_record import (
 from worm_tracker.sources.cameras.outages import Outage
 from worm_tracker.sources.cameras.sampled_pictures import SampledPictures
 from worm_tracker.sources.cameras.topic_camera import TopicCamera
-from worm_tracker.sources.cameras.waiting_frames import MOST_WAITING, CapturedFrame
+from worm_tracker.sources.cameras.waiting_frames import LEAST_WAITING, CapturedFrame
 from worm_tracker.sources.image_decoder import IMAGE_TYPE
 from worm_tracker.sources.source_node import SourceNode, run_source_alone
 
@@ -45,8 +45,9 @@ class CameraNode(SourceNode):
     """Publishes grey pictures (`mono8`) on `image_raw`, stamped at capture.
 
     The next picture goes out when the tracker has taken the one before. Pictures wait here for up
-    to two seconds; where the tracker lags the newest one goes out, and what was skipped is counted
-    on `/diagnostics` (see `WaitingFrames`). The first one is captured when the graph is ready.
+    to ten seconds; where the tracker lags for longer the newest one goes out, and what was skipped
+    is counted on `/diagnostics` (see `WaitingFrames`). The first one is captured when the graph is
+    ready.
 
     A driver's topic takes the place of a camera: frames bear the driver's stamps, and those that
     were lost on the way are counted by the numbers that DDS gives them.
@@ -138,7 +139,7 @@ class CameraNode(SourceNode):
         parameter = self.read_parameter
         patience = parameter("reconnect"), parameter("stall")
         camera = TopicCamera(topic, *patience, parameter("max_megapixels"))
-        hear_driver(self, topic, camera.take_message, MOST_WAITING)
+        hear_driver(self, topic, camera.take_message, LEAST_WAITING)
         self._opened.callback(camera.stop)
         return camera
 

@@ -14,8 +14,8 @@ from worm_msgs_py import SourceEvent, SourceEventKind, convert, topics
 from worm_msgs_py.contract.source_events import parameter_changed
 from worm_msgs_py.convert.stamp import header
 from worm_msgs_py.errors import BadInput, MalformedMessage
+from worm_msgs_py.ros.counting_publisher import Ledger
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import Ledger
 from worm_msgs_py.ros.qos import FLOW, RESULT
 from worm_msgs_py.ros.running import TICK_S, run_alone
 from worm_msgs_py.ros.watchdog import Watch

@@ -118,13 +118,15 @@ def import_film(
     with new_folder(out) as folder:
         recorder = PictureRecorder(folder, f"/{topics.IMAGE_COMPRESSED}", COMPRESSED_TYPE)
         try:
-            first_ns, last_ns = _write(film, recorder, fps, start_ns, jpeg_quality, progress)
+            first_ns, last_ns = _write_pictures(
+                film, recorder, fps, start_ns, jpeg_quality, progress
+            )
         finally:
             recorder.close()
     return Imported(recorder.count, (last_ns - first_ns) / NS_PER_S)
 
 
-def _write(
+def _write_pictures(
     film: Film,
     recorder: PictureRecorder,
     fps: float | None,
@@ -134,11 +136,11 @@ def _write(
 ) -> tuple[int, int]:
     """Write the pictures; return the first stamp and the last."""
     first_ns, last_ns, shape = None, start_ns, None
-    for number, (picture, time_ns) in enumerate(_pictures(film)):
+    for number, (picture, time_ns) in enumerate(_timed_pictures(film)):
         if shape not in (None, picture.shape):
             raise BadInput(
-                f"{film.path}: picture {number} is of {_size(picture.shape)} pixels and those "
-                f"before of {_size(shape)}; a trial has one size"
+                f"{film.path}: picture {number} is of {_size_in_px(picture.shape)} pixels "
+                f"and those before of {_size_in_px(shape)}; a trial has one size"
             )
         shape = picture.shape
         offset_ns = time_ns if fps is None else round(number * NS_PER_S / fps)
@@ -154,11 +156,11 @@ def _write(
     return start_ns, last_ns
 
 
-def _pictures(film: Film) -> Iterator[tuple[GreyPicture, int]]:
+def _timed_pictures(film: Film) -> Iterator[tuple[GreyPicture, int]]:
     """Give the pictures in order, each with its time by the file, nanoseconds (0: none)."""
     if film.path.is_dir():
         for still in _stills(film.path):
-            yield _read(still), 0
+            yield _read_still(still), 0
     elif film.path.suffix.lower() in STACKS:
         for k in range(film.frames):
             done, pages = cv2.imreadmulti(str(film.path), k, 1, flags=_READ_GREY)
@@ -166,10 +168,10 @@ def _pictures(film: Film) -> Iterator[tuple[GreyPicture, int]]:
                 raise BadInput(f"{film.path}: picture {k} cannot be read; is the file whole?")
             yield _of_a_depth_that_is_read(np.asarray(pages[0]), film.path), 0
     else:
-        yield from _frames(film)
+        yield from _read_frames(film)
 
 
-def _frames(film: Film) -> Iterator[tuple[GreyPicture, int]]:
+def _read_frames(film: Film) -> Iterator[tuple[GreyPicture, int]]:
     capture = _capture(film.path)
     try:
         while capture.grab():
@@ -212,7 +214,7 @@ def _natural(file: Path) -> list[tuple[int, str]]:
     return [(int(part), "") if part.isdigit() else (0, part) for part in parts]
 
 
-def _read(still: Path) -> GreyPicture:
+def _read_still(still: Path) -> GreyPicture:
     picture = cv2.imread(str(still), _READ_GREY)
     if picture is None:
         raise BadInput(f"{still}: cannot be read as a picture; remove it or mend it")
@@ -232,5 +234,5 @@ def _grey(picture: NDArray[Any]) -> GreyPicture:
     return grey
 
 
-def _size(shape: tuple[int, ...]) -> str:
+def _size_in_px(shape: tuple[int, ...]) -> str:
     return f"{shape[1]} × {shape[0]}"

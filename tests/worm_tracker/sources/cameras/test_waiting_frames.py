@@ -83,3 +83,28 @@ def test_before_the_graph_is_ready_the_newest_is_held_and_nothing_counts():
     put(frames, range(3, 5))
     assert taken(frames) == [2, 3, 4]
     assert frames.counts() == (3, 3, 0, 0)
+
+
+def test_of_large_frames_fewer_wait():
+    frames = WaitingFrames(8, most_bytes=5, least=2)  # a frame has one byte
+    frames.begin()
+    put(frames, range(5))
+    assert taken(frames) == [0, 1, 2, 3, 4]
+    put(frames, range(5, 11))
+    assert taken(frames) == [10]
+
+
+def test_so_many_wait_however_large_they_are():
+    frames = WaitingFrames(8, most_bytes=0, least=3)
+    frames.begin()
+    put(frames, range(3))
+    assert taken(frames) == [0, 1, 2]
+
+
+def test_at_the_end_the_oldest_few_are_taken_and_the_others_counted():
+    frames = WaitingFrames(8, least=3)
+    frames.begin()
+    put(frames, range(8))
+    frames.end()
+    assert taken(frames) == [0, 1, 2]
+    assert frames.counts() == (8, 3, 5, 0)

@@ -78,7 +78,7 @@ def body_angle_panel(data: ReportData) -> Panel:
     peaks = [data.quantity(f"psi_b_{side}_peak") for side in ("negative", "positive")]
     for peak in peaks:
         _draw_peak(axes, peak, 0.68 * top)
-    reach = 180.0 if _beyond(counts, 120.0) else 120.0
+    reach = 180.0 if _exceeds(counts, 120.0) else 120.0
     axes.set_xlim(-reach, reach)
     axes.set_xticks(np.arange(-reach, reach + 1, 60.0 if reach > 120 else 30.0))
     axes.set_ylim(0, top)
@@ -104,6 +104,6 @@ def _draw_peak(axes: Any, peak: Quantity, height: float) -> None:
     )  # fmt: skip
 
 
-def _beyond(counts: Floats, limit_deg: float) -> bool:
+def _exceeds(counts: Floats, limit_deg: float) -> bool:
     centres = (ANGLE_EDGES_DEG[1:] + ANGLE_EDGES_DEG[:-1]) / 2
     return float(counts[np.abs(centres) > limit_deg].sum()) > 0.005 * float(counts.sum())

@@ -21,9 +21,10 @@ from worm_analysis.report.theme import (
 )
 from worm_analysis.report.verdicts import not_one_exponential
 from worm_analysis.summary.definition import NO_CHAMBER
-from worm_analysis.summary.direction_persistence import NORMAL, ONE_E
+from worm_analysis.summary.direction_persistence import ONE_E
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.intervals import NORMAL_95
 from worm_msgs_py.paper import paper_number
 
 WIDE = 44
@@ -66,7 +67,7 @@ def persistence_panel(data: ReportData) -> Panel:
     figure = new_figure(COLUMN_IN, 3.0)
     axes = figure.add_subplot()
     lag, c = correlation.lag_s[known], correlation.c[known]
-    error = NORMAL * correlation.error[known]
+    error = NORMAL_95 * correlation.error[known]
     axes.axhline(0.0, color=INK, linewidth=0.5)
     axes.fill_between(lag, c - error, c + error, color=INK, alpha=0.18, linewidth=0)
     axes.plot(lag, c, color=INK, label="measured")

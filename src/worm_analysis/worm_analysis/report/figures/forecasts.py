@@ -31,7 +31,7 @@ def forecasts(results: Results) -> Panel:
         "title": "Forecasts of the search for the exit",
         "paper": "",
         "label": "Forecasts",
-        "reading": _READING + _in_words(scores),
+        "reading": _READING + _gain_in_words(scores),
         "n": counted(passages, "passages with a forecast"),
     }
     if not results.chambers:
@@ -82,20 +82,20 @@ def _bars(axes: Any, places: list[float], values: list[list[float]]) -> None:
     axes.tick_params(axis="x", length=0)
 
 
-def _in_words(scores: Mapping[str, float]) -> str:
+def _gain_in_words(scores: Mapping[str, float]) -> str:
     """Say how much the forecasts gain, and whether they are calibrated."""
     if not scores.get("passages"):
         return ""
     low, high = (scores.get(f"crps_gain_{end}_s", nan) for end in ("low", "high"))
     between = f" [{plain(low)} … {plain(high)}]" if isfinite(low) and isfinite(high) else ""
-    left_out = int(scores.get("passages_unscored", 0))
+    unscored = int(scores.get("passages_unscored", 0))
     text = f" Here the walk gains {plain(scores['crps_gain_s'])} s{between} of CRPS a passage."
     text += (
         f" If its probabilities hold they are uniform: p = {plain(scores['pit_p'], 2)} "
         "(Kolmogorov–Smirnov)."
     )
-    if left_out:
+    if unscored:
         text += (
-            f" Without a score, as cut short or begun before a forecast could be made: {left_out}."
+            f" Without a score, as cut short or begun before a forecast could be made: {unscored}."
         )
     return text

@@ -32,7 +32,7 @@ RULE_LABELS = {"per_cycle": "per slide + hop", "per_phase": "per phase", "rate":
 SPEED_LABELS = {"v_w": "$v_w$", "v_b": r"$\langle |v_b| \rangle$"}
 TOLD = "per_cycle"
 """The rule whose answers are told in words: reversals as the paper counts them."""
-LEAST = 1e-3
+LEAST_DRAWN_REVERSAL = 1e-3
 """An interval that reaches down to no reversal at all is drawn to here."""
 _READING = (
     "Each row is one observation: the dot is the reversal that the exact boundary walk needs to "
@@ -46,13 +46,16 @@ _READING = (
 
 def joint_question(results: Results) -> Panel:
     """Return the panel of a trial."""
-    panel = _panel(results.comparison)
+    panel = _joint_panel(results.comparison)
     return panel if results.chambers else replace(panel, figure=None, why=NO_CHAMBER)
 
 
 def joint_questions(data: ReportData) -> list[Panel]:
     """Return a panel for each W of a pool."""
-    return [_panel(data.comparisons.get(part.width_mm), part.width_mm) for part, _ in data.by_width]
+    return [
+        _joint_panel(data.comparisons.get(part.width_mm), part.width_mm)
+        for part, _ in data.by_width
+    ]
 
 
 def answers_in_words(data: ReportData) -> list[str]:
@@ -66,7 +69,7 @@ def answers_in_words(data: ReportData) -> list[str]:
     return lines
 
 
-def _panel(comparison: Comparison | None, width_mm: float = nan) -> Panel:
+def _joint_panel(comparison: Comparison | None, width_mm: float = nan) -> Panel:
     needs = () if comparison is None else comparison.needs
     observations = list(dict.fromkeys(need.observation for need in needs))
     of_width = f", W = {plain(width_mm)} mm" if isfinite(width_mm) else ""
@@ -106,7 +109,7 @@ def joint_figure(needs: Sequence[NeededReversal]) -> Any:
             axes = grid[row][column]
             case = found.get((rule, speed))
             own = {n.observation: n for n in needs if (n.rule, n.speed) == (rule, speed)}
-            _draw(axes, names, own, case)
+            _draw_needs(axes, names, own, case)
             axes.set_title(f"{RULE_LABELS[rule]}, at {SPEED_LABELS[speed]}")
             if row == len(speeds) - 1:
                 axes.set_xlabel("reversals (1/s)" if rule == "rate" else "chance of reversal")
@@ -122,28 +125,37 @@ def joint_figure(needs: Sequence[NeededReversal]) -> Any:
     return figure
 
 
-def _draw(
+def _draw_needs(
     axes: Any, names: list[str], needs: dict[str, NeededReversal], case: Agreement | None
 ) -> None:
     axes.set_xscale("log")
     top = 5.0 if any(need.rule == "rate" for need in needs.values()) else 1.0
-    axes.set_xlim(LEAST, top)
+    axes.set_xlim(LEAST_DRAWN_REVERSAL, top)
     axes.xaxis.set_major_formatter(FuncFormatter(lambda tick, _: f"{tick:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.tick_params(axis="y", length=0)
     if case is not None and len(case.held) > 1:
-        low, high = np.clip((case.low, case.high), LEAST, top)
+        low, high = np.clip((case.low, case.high), LEAST_DRAWN_REVERSAL, top)
         axes.axvspan(low / 1.02, high * 1.02, color=SHADE, linewidth=0)
     for place, name in enumerate(names):
         need = needs.get(name)
         if need is None:
-            axes.text(LEAST * 1.2, place, "not measured", va="center", color=INK, fontsize=6.5)
+            axes.text(
+                LEAST_DRAWN_REVERSAL * 1.2,
+                place,
+                "not measured",
+                va="center",
+                color=INK,
+                fontsize=6.5,
+            )
             continue
         colour = HEAD_COLOUR if case is not None and name in case.held else CENTROID_COLOUR
         if not isfinite(need.low):
-            axes.text(LEAST * 1.2, place, "none", va="center", color=colour, fontsize=6.5)
+            axes.text(
+                LEAST_DRAWN_REVERSAL * 1.2, place, "none", va="center", color=colour, fontsize=6.5
+            )
             continue
-        ends = np.clip((need.low, need.high), LEAST, top)
+        ends = np.clip((need.low, need.high), LEAST_DRAWN_REVERSAL, top)
         axes.plot(ends, [place, place], color=colour, linewidth=2.0, solid_capstyle="butt")
         if isfinite(need.value):
             axes.plot(need.value, place, "o", color=colour, markersize=3.5)

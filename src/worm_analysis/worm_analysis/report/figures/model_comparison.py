@@ -52,7 +52,7 @@ def comparison_rows(results: Results) -> list[ComparisonRow]:
     if results.comparison is None:
         return []
     given, _ = origins(results)
-    rows = [_row(results, quantity) for quantity in results.comparison.quantities]
+    rows = [_comparison_row(results, quantity) for quantity in results.comparison.quantities]
     return [replace(row, verdict=GIVEN) if row.measured.name in given else row for row in rows]
 
 
@@ -135,7 +135,7 @@ def model_comparison(results: Results) -> Panel:
     axes = figure.add_subplot()
     axes.axvline(1.0, color=INK, linewidth=0.5)
     for place, row in enumerate(reversed(shown)):
-        _draw_row(axes, place, row)
+        _draw_comparison(axes, place, row)
     labels = [f"{plain_symbol(row.measured.name)}" for row in reversed(shown)]
     axes.set_yticks(range(len(shown)), labels)
     axes.tick_params(axis="y", length=0)
@@ -153,7 +153,7 @@ def model_comparison(results: Results) -> Panel:
     return Panel(**base, figure=figure, alt=f"Model against measurement: {words}.")
 
 
-def _row(results: Results, item: ModelQuantity) -> ComparisonRow:
+def _comparison_row(results: Results, item: ModelQuantity) -> ComparisonRow:
     known = results.quantity(item.name)
     unit = MILLI.get(item.unit, item.unit)
     scale = 1e3 if unit != item.unit else 1.0
@@ -170,7 +170,7 @@ def _row(results: Results, item: ModelQuantity) -> ComparisonRow:
         why if measured.value is None else "",
     )
     modelled = _scaled(item.name, item.modelled, item.modelled_low, item.modelled_high, scale, unit)
-    return ComparisonRow(measured, modelled, _verdict(measured, modelled))
+    return ComparisonRow(measured, modelled, _agrees_or_not(measured, modelled))
 
 
 def _scaled(name: str, middle: float, low: float, high: float, scale: float, unit: str) -> Quantity:
@@ -180,7 +180,7 @@ def _scaled(name: str, middle: float, low: float, high: float, scale: float, uni
     return Quantity(name, middle * scale, ends[0], ends[1], unit=unit)
 
 
-def _verdict(measured: Quantity, modelled: Quantity) -> str:
+def _agrees_or_not(measured: Quantity, modelled: Quantity) -> str:
     if measured.value is None:
         return f"not measured: {measured.why}"
     if modelled.value is None:
@@ -198,7 +198,7 @@ def _ratio(number: float | None, reference: float | None) -> float | None:
     return number / reference
 
 
-def _draw_row(axes: Any, place: int, row: ComparisonRow) -> None:
+def _draw_comparison(axes: Any, place: int, row: ComparisonRow) -> None:
     reference = row.measured.value
     for quantity, colour, marker, shift, label in (
         (row.measured, INK, "o", 0.13, "measured"),

@@ -18,7 +18,7 @@ from worm_analysis.report.theme import (
     PAPER_STYLE,
     new_figure,
 )
-from worm_analysis.report.verdicts import REJECTED
+from worm_analysis.report.verdicts import REJECTED, chance
 from worm_analysis.statistics.penetration_law import penetration_p
 from worm_analysis.summary.definition import NO_CHAMBER
 from worm_analysis.summary.estimates import penetration
@@ -65,7 +65,7 @@ def penetration_depths(data: ReportData) -> Panel:
         axes.set_title(f"({letter}) $W$ = {plain(part.width_mm)} mm", loc="left", pad=3)
         axes.set_xlabel("depth in the passage $x_p$ (mm)")
         axes.set_ylabel("probability density (1/mm)")
-        drawn = _draw(axes, data, part, beta)
+        drawn = _draw_depths(axes, data, part, beta)
         if drawn is not None:
             tables[f"W{part.width_mm:g}"] = as_table(drawn, "x_p_mm")
     for axes in list(grid.flat)[len(rows) :]:
@@ -91,11 +91,11 @@ def _not_the_law(part: Pool, beta: Quantity) -> str:
         return ""
     return (
         f"<i>W</i> = {plain(part.width_mm)} mm: a decay over a constant is rejected (χ² test, "
-        f"<i>p</i> = {plain(p, 2)}, <i>n</i> = {seen.sum()}); β says less than it seems to"
+        f"{chance(p)}, <i>n</i> = {seen.sum()}); β says less than it seems to"
     )
 
 
-def _draw(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDensity | None:
+def _draw_depths(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDensity | None:
     failed = len(part.points("x_p"))
     n = data.counted_in(part, failed, "failed attempts")
     if beta.value is None:
@@ -109,7 +109,7 @@ def _draw(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDens
     counts = part.total("x_p")
     trials, sum_m = part.total("x_p_least")
     least = float(MM_PER_M * sum_m / trials)
-    drawn = _density(counts, least, failed)
+    drawn = _depth_density(counts, least, failed)
     draw_points(axes, drawn)
     fit = penetration(counts)
     x = np.linspace(least, least + DEPTH_BIN_MM * (1 + int(np.flatnonzero(counts)[-1])), 200)
@@ -127,7 +127,7 @@ def _draw(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDens
     return drawn
 
 
-def _density(counts: Floats, least_mm: float, failed: int) -> LengthDensity:
+def _depth_density(counts: Floats, least_mm: float, failed: int) -> LengthDensity:
     """Return the density in bins of half a millimetre, of unit area above the least depth seen."""
     merged = counts.reshape(-1, _DEPTH_BINS_MERGED).sum(axis=1)
     last = int(np.flatnonzero(merged)[-1]) + 1

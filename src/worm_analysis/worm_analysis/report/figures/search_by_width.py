@@ -35,7 +35,9 @@ def search_time_by_width(data: ReportData) -> Panel:
     }  # fmt: skip
     found = 0 if data.pool is None else len(data.pool.points("tau_h"))
     n = data.counted(found, "findings of the exit")
-    return _panel(data, "tau_h", base, n, r"mean time to find the exit $\langle\tau_h\rangle$ (s)")
+    return _width_panel(
+        data, "tau_h", base, n, r"mean time to find the exit $\langle\tau_h\rangle$ (s)"
+    )
 
 
 def skips_by_width(data: ReportData) -> Panel:
@@ -47,10 +49,10 @@ def skips_by_width(data: ReportData) -> Panel:
     }  # fmt: skip
     skips = 0 if data.pool is None else data.pool.count("n_s", 1)
     n = data.counted(skips, "skips")
-    return _panel(data, "n_s", base, n, "skips $n_s$ (per 30 min)")
+    return _width_panel(data, "n_s", base, n, "skips $n_s$ (per 30 min)")
 
 
-def _panel(data: ReportData, name: str, base: dict[str, Any], n: str, label: str) -> Panel:
+def _width_panel(data: ReportData, name: str, base: dict[str, Any], n: str, label: str) -> Panel:
     base |= {"n": n}
     if data.pool is None:
         return Panel(**base, why=NO_CHAMBER)
@@ -63,7 +65,9 @@ def _panel(data: ReportData, name: str, base: dict[str, Any], n: str, label: str
     axes = figure.add_subplot()
     tables: dict[str, Any] = {}
     for walk in data.walks:
-        tables["walk" if walk.is_own else "walk-of-the-paper"] = _draw_walk(axes, walk, name)
+        tables["walk" if walk.is_own else "walk-of-the-paper"] = _draw_predicted_mean(
+            axes, walk, name
+        )
     tables[""] = draw_by_width(axes, known)
     width = np.array([width for width, _ in rows])
     axes.set_xlim(0, max(5.4, 1.08 * float(width.max())))
@@ -108,7 +112,7 @@ def _high(pooled: Pooled) -> float:
     return quantity.value if quantity.high is None else quantity.high
 
 
-def _draw_walk(axes: Any, walk: WalkPrediction, name: str) -> dict[str, Any]:
+def _draw_predicted_mean(axes: Any, walk: WalkPrediction, name: str) -> dict[str, Any]:
     value, low, high = (
         (walk.tau_h_s, walk.tau_low_s, walk.tau_high_s)
         if name == "tau_h"

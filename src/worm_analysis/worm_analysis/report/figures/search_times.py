@@ -75,7 +75,7 @@ def search_times(data: ReportData) -> Panel:
         if drawn is not None:
             tables[f"{name}-measured"] = as_table(drawn, "tau_h_s")
         if walk is not None:
-            tables[f"{name}-walk"] = _draw_walk(grid[row, 1], walk, part)
+            tables[f"{name}-walk"] = _draw_predicted_density(grid[row, 1], walk, part)
             if paper is not None:
                 _draw_paper(grid[row, 1], paper.at_widths("tau_h", [part.width_mm])[0], longest)
             grid[row, 1].legend(loc="upper right")
@@ -127,7 +127,7 @@ def _draw_measured(axes: Any, data: ReportData, part: Pool, mean: Quantity) -> L
             va="center", color=GREY,
         )  # fmt: skip
         return None
-    drawn = _density(axes, times, mean.value)
+    drawn = _draw_times(axes, times, mean.value)
     x = np.array([0.0, drawn.edges_mm[-1]])
     label = f"mean {with_interval(mean)} s"
     axes.plot(x, exponential_above(x, mean.value, 0.0), color=HEAD_COLOUR, label=label)
@@ -135,7 +135,7 @@ def _draw_measured(axes: Any, data: ReportData, part: Pool, mean: Quantity) -> L
     return drawn
 
 
-def _draw_walk(axes: Any, walk: WalkPrediction, part: Pool) -> dict[str, Floats]:
+def _draw_predicted_density(axes: Any, walk: WalkPrediction, part: Pool) -> dict[str, Floats]:
     edges, density = walk.density_at(part.width_mm)
     mean = walk.at_widths("tau_h", [part.width_mm])[0]
     axes.stairs(density, edges, color=MODEL_COLOUR, linewidth=1.1, label="this data’s")
@@ -158,7 +158,7 @@ def _draw_paper(axes: Any, mean: float, longest: float) -> None:
     axes.plot(x, exponential_above(x, mean, 0.0), label=label, **PAPER_STYLE)
 
 
-def _density(axes: Any, times: Floats, mean: float) -> LengthDensity:
+def _draw_times(axes: Any, times: Floats, mean: float) -> LengthDensity:
     drawn = length_density(times, mean, len(times))
     draw_points(axes, drawn)
     axes.set_yscale("log")

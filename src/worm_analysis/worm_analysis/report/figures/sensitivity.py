@@ -56,7 +56,7 @@ def sensitivity(data: ReportData) -> Panel:
     figure = new_figure(COLUMN_IN, 0.85 + 0.19 * len(found))
     axes = figure.add_subplot()
     for place, (_, pair) in enumerate(found):
-        _draw_row(axes, place, pair)
+        _draw_pair(axes, place, pair)
     for name, _, colour, *_ in SHOWN:
         axes.axvline(paper_number(name), zorder=0, **PAPER_STYLE | {"color": colour, "alpha": 0.5})
     labels = [OWN if not rule else under_rule(f"d_c_at_{rule}")[1] for rule, _ in found]
@@ -75,10 +75,10 @@ def sensitivity(data: ReportData) -> Panel:
         for label, (_, pair) in zip(labels, found, strict=True)
     )
     return Panel(**base, figure=figure, alt=f"Mean distances in and out of contact: {words}.",
-                 tables={"": _table(labels, found)})  # fmt: skip
+                 tables={"": _sensitivity_table(labels, found)})  # fmt: skip
 
 
-def _draw_row(axes: Any, place: int, pair: list[Quantity]) -> None:
+def _draw_pair(axes: Any, place: int, pair: list[Quantity]) -> None:
     for (_, _, colour, marker, shift), item in zip(SHOWN, pair, strict=True):
         if item.value is None:
             continue
@@ -95,7 +95,9 @@ def _draw_row(axes: Any, place: int, pair: list[Quantity]) -> None:
                   transform=axes.get_yaxis_transform())  # fmt: skip
 
 
-def _table(labels: list[str], found: list[tuple[str, list[Quantity]]]) -> dict[str, Any]:
+def _sensitivity_table(
+    labels: list[str], found: list[tuple[str, list[Quantity]]]
+) -> dict[str, Any]:
     table: dict[str, Any] = {"rule": labels}
     for column, (name, *_) in enumerate(SHOWN):
         for end in ("value", "low", "high"):

@@ -87,7 +87,7 @@ def traces(examples: Sequence[Example], *, whole: bool = False) -> Panel:
     tables = {}
     for column, example in enumerate(examples):
         _draw_column(grid[:, column], example)
-        tables[f"example-{column + 1}"] = _table(example)
+        tables[f"example-{column + 1}"] = _traces_table(example)
     for row in (0, 2, 3):
         limits = [axes.get_ylim() for axes in grid[row]]
         for axes in grid[row]:
@@ -115,7 +115,7 @@ def _known(example: Example) -> int:
     return int(np.isfinite(example.tracks["theta_h_rad"]).sum())
 
 
-def _table(example: Example) -> dict[str, Any]:
+def _traces_table(example: Example) -> dict[str, Any]:
     tracks = example.tracks
     return {
         "t_s": example.t_s,

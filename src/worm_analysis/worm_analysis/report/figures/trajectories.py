@@ -17,6 +17,7 @@ from worm_analysis.wording import not_enough
 from worm_msgs_py import Chamber, Where
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.body import KEYPOINTS
+from worm_msgs_py.units import MM_PER_M
 
 PASSAGE_SHOWN_MM = 3.0
 SAME_FRAME_MM = 1.0
@@ -59,7 +60,7 @@ def trajectories(results: Results) -> Panel:
     if long:
         base["reading"] += _READING_LONG
     drawn += [(chamber, rows, long) for chamber, rows in inside]
-    figure = new_figure(*_size(len(drawn)))
+    figure = new_figure(*_figure_size_in(len(drawn)))
     for number, (chamber, rows, as_points) in enumerate(drawn):
         axes = figure.add_subplot(1, len(drawn), number + 1)
         _draw_chamber(axes, chamber)
@@ -97,7 +98,7 @@ def _off_frame_mm(results: Results, chamber: Chamber) -> Floats:
     """Return how far a head's pixels are from its millimetres, if these are in this frame."""
     tracks = results.tracks
     x_m, y_m = chamber.to_metres(tracks["head_u_px"], tracks["head_v_px"])
-    off_mm = np.hypot(1e3 * x_m - tracks["head_x_mm"], 1e3 * y_m - tracks["head_y_mm"])
+    off_mm = np.hypot(MM_PER_M * x_m - tracks["head_x_mm"], MM_PER_M * y_m - tracks["head_y_mm"])
     return np.asarray(off_mm, dtype=np.float64)
 
 
@@ -107,7 +108,7 @@ def _last_known(here: Any, seen: Any) -> Any:
     return here[last] if len(seen) else here
 
 
-def _size(panels: int) -> tuple[float, float]:
+def _figure_size_in(panels: int) -> tuple[float, float]:
     above = 0.2  # the legend
     if panels == 1:
         return COLUMN_IN, 0.9 * COLUMN_IN + above
@@ -115,7 +116,7 @@ def _size(panels: int) -> tuple[float, float]:
 
 
 def _draw_chamber(axes: Any, chamber: Chamber) -> None:
-    R, W = chamber.radius_m * 1e3, chamber.exit_width_m * 1e3
+    R, W = chamber.radius_m * MM_PER_M, chamber.exit_width_m * MM_PER_M
     half = float(np.degrees(np.arcsin(min(W / 2 / R, 1.0)))) if W > 0 else 0.0
     wall: dict[str, Any] = {"color": INK, "linewidth": 1.2, "zorder": 1}
     axes.add_patch(Arc((0, 0), 2 * R, 2 * R, theta1=half, theta2=360 - half, **wall))

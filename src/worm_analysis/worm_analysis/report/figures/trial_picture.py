@@ -42,10 +42,10 @@ def trial_picture(results: Results, picture: TrialPicture | None) -> Panel:
     figure = new_figure(PAGE_IN, 3.5)
     whole, close = figure.subplots(1, 2)
     chambers = [item for item in results.chambers if item.name == tracks["where"][row]]
-    _show(whole, picture, *_view(picture, (chambers or list(results.chambers))[:1]))
+    _show(whole, picture, *_square_shown(picture, (chambers or list(results.chambers))[:1]))
     u, v = picture.midline_u_px, picture.midline_v_px
-    ends = [np.r_[part, _points(results, row, axis)] for part, axis in ((u, "u"), (v, "v"))]
-    _show(close, picture, *_square(ends, 0.12))
+    ends = [np.r_[part, _keypoints_px(results, row, axis)] for part, axis in ((u, "u"), (v, "v"))]
+    _show(close, picture, *_square_around(ends, 0.12))
     for chamber in results.chambers:
         for axes, width in ((whole, 1.0), (close, 1.4)):
             _draw_wall(axes, chamber, width)
@@ -67,11 +67,11 @@ def trial_picture(results: Results, picture: TrialPicture | None) -> Panel:
     return Panel(**base, n=n, figure=figure, alt=alt)
 
 
-def _points(results: Results, row: int, axis: str) -> Any:
+def _keypoints_px(results: Results, row: int, axis: str) -> Any:
     return np.array([results.tracks[f"{point}_{axis}_px"][row] for point in KEYPOINTS])
 
 
-def _view(picture: TrialPicture, chambers: list[Chamber]) -> tuple[float, float, float]:
+def _square_shown(picture: TrialPicture, chambers: list[Chamber]) -> tuple[float, float, float]:
     """Return the middle and half the side of the square that holds a chamber, or the picture."""
     if not chambers:
         height, width = picture.grey.shape
@@ -80,7 +80,7 @@ def _view(picture: TrialPicture, chambers: list[Chamber]) -> tuple[float, float,
     return chamber.centre_u_px, chamber.centre_v_px, 1.15 * chamber.radius_px
 
 
-def _square(uv: list[Any], margin: float) -> tuple[float, float, float]:
+def _square_around(uv: list[Any], margin: float) -> tuple[float, float, float]:
     """Return the middle and half the side of the square around some points."""
     low, high = np.nanmin(uv, axis=1), np.nanmax(uv, axis=1)
     middle = (low + high) / 2

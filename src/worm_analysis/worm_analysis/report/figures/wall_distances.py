@@ -120,7 +120,7 @@ def wall_distances(data: ReportData) -> Panel:
     for axes, letter, part, (name, _, _) in zip(
         figure.subplots(1, 3), "abc", found, parts, strict=True
     ):
-        drawn = _draw(axes, letter, *part)
+        drawn = _draw_law(axes, letter, *part)
         if drawn is not None:
             tables[name] = as_table(drawn, f"{name}_mm")
     means = ", ".join(f"{spoken(name)} {value(data.quantity(name))} mm" for name, _, _ in parts)
@@ -159,7 +159,7 @@ def as_table(found: LengthDensity, name: str) -> dict[str, Any]:
     }
 
 
-def _draw(
+def _draw_law(
     axes: Any, letter: str, quantity: Quantity, symbol: str, lengths_mm: Floats
 ) -> LengthDensity | None:
     axes.set_title(f"({letter})", loc="left", pad=3)

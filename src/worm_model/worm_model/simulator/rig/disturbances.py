@@ -41,25 +41,25 @@ def scattered(
 def add_debris(view: View, rig: Rig, specks: list[Spot]) -> None:
     """Darken round specks."""
     for speck in specks:
-        here, distance, radius = _around(rig, speck)
-        covered = np.clip((radius - distance) / _edge(rig) + 0.5, 0.0, 1.0)
+        here, distance, radius = _part_around(rig, speck)
+        covered = np.clip((radius - distance) / _edge_width_px(rig) + 0.5, 0.0, 1.0)
         view[here] *= (1.0 - (1.0 - SPECK_TRANSMISSION) * covered).astype(np.float32)
 
 
 def add_bubbles(view: View, rig: Rig, bubbles: list[Spot]) -> None:
     """Draw bubbles: a dark rim, where light is refracted away, around a bright middle."""
     for bubble in bubbles:
-        here, distance, radius = _around(rig, bubble)
+        here, distance, radius = _part_around(rig, bubble)
         rim = 0.5 * BUBBLE_RIM_PART * radius
         off_rim = np.abs(distance - (radius - rim))
-        covered = np.clip((rim - off_rim) / _edge(rig) + 0.5, 0.0, 1.0)
+        covered = np.clip((rim - off_rim) / _edge_width_px(rig) + 0.5, 0.0, 1.0)
         view[here] *= (1.0 - (1.0 - BUBBLE_RIM_TRANSMISSION) * covered).astype(np.float32)
         view[here] += (30.0 * np.exp(-((2.5 * distance / radius) ** 2))).astype(np.float32)
 
 
 def add_glare(view: View, rig: Rig, spot: Spot, strength: float) -> None:
     """Add a smooth bright spot, `strength` grey levels in its middle; `spot` holds its sd."""
-    here, distance, sd = _around(rig, spot, reach=4.0)
+    here, distance, sd = _part_around(rig, spot, reach=4.0)
     view[here] += (strength * np.exp(-0.5 * (distance / sd) ** 2)).astype(np.float32)
 
 
@@ -156,12 +156,12 @@ def _image(
     return here, covered, in_wall
 
 
-def _edge(rig: Rig) -> float:
+def _edge_width_px(rig: Rig) -> float:
     """Width of a drawn edge: the pixel and the blur."""
     return 1.0 + 2.0 * rig.optics.blur_px
 
 
-def _around(
+def _part_around(
     rig: Rig, spot: Spot, reach: float = 1.0
 ) -> tuple[tuple[slice, slice], NDArray[np.float64], float]:
     """Return the part of the picture around a spot, the distances from it, and its radius, px."""

@@ -57,7 +57,7 @@ def draw(rig: Rig, body: Body | None, frame: int) -> FilmedPicture:
     Returns
     -------
     ndarray of uint8 or uint16, shape (rig.height_px, rig.width_px)
-        FilmedPicture levels. The same arguments give the same bytes.
+        Grey levels. The same arguments give the same bytes.
 
     Notes
     -----

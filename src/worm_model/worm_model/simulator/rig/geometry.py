@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_model.simulator.rig.optics import Optics
+from worm_msgs_py import paper
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B, Where
 
@@ -41,10 +42,10 @@ class Rig:
     px_per_mm: float = 40.0
     centre_px: tuple[float, float] = (511.5, 511.5)
     exit_rad: float = 0.0
-    radius_mm: float = 10.0
+    radius_mm: float = paper.RADIUS_MM
     exit_width_mm: float = 2.0
-    passage_length_mm: float = 35.0
-    depth_mm: float = 1.5
+    passage_length_mm: float = paper.PASSAGE_LENGTH_MM
+    depth_mm: float = paper.DEPTH_MM
     chamber_b: bool = False
     optics: Optics = field(default_factory=Optics)
 

@@ -18,7 +18,7 @@ class Optics:
     Attributes
     ----------
     light : float
-        FilmedPicture level (0–255) of clear water at the picture's middle.
+        Grey level (0–255) of clear water at the picture's middle.
     wall_transmission, worm_transmission : float
         Share of the light that passes the wall and the worm, 0 (black) to 1.
     gradient : tuple of float

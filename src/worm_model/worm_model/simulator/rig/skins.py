@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 
 from worm_model.simulator.rig.strands import Skin
+from worm_msgs_py.units import UM_PER_MM
 
 SKINS_FILE = Path(__file__).with_name("lumbriculus_skins.npz")
 """Made by ``bags/build.py`` from a photograph; its source and licence stand in bags/README.md."""
-_UM_PER_MM = 1000.0
 TRANSMISSION_STEPS = 200.0
 
 
@@ -22,7 +22,7 @@ def read_skins(path: Path = SKINS_FILE) -> dict[str, Skin]:
                 first_s_mm=float(data[f"first_s_mm_{name}"]),
                 per_mm=float(data["per_mm"]),
                 length_mm=float(data[f"length_mm_{name}"]),
-                width_mm=data[f"width_um_{name}"] / _UM_PER_MM,
+                width_mm=data[f"width_um_{name}"] / UM_PER_MM,
             )
             for name in names
         }

@@ -110,7 +110,9 @@ def strands_over(body: Body, subpixels: int = SUBPIXELS) -> Layers:
 
 def covered(layers: Layers) -> Coverage:
     """Return the part of each pixel that lies under any strand."""
-    return Coverage(layers.u0, layers.v0, _pixels(np.minimum(layers.total, 1.0), layers.subpixels))
+    return Coverage(
+        layers.u0, layers.v0, _subpixel_means(np.minimum(layers.total, 1.0), layers.subpixels)
+    )
 
 
 def is_folded(body: Body, apart_widths: float = 3.0, near_widths: float = 1.0) -> bool:
@@ -146,7 +148,7 @@ def absorbed_by_shade(rig: Rig, layers: Layers, shade: Shade) -> Coverage:
     whole = np.floor(strands[here])
     absorbed = np.zeros_like(strands)
     absorbed[here] = 1.0 - one**whole * (1.0 - (1.0 - one) * (strands[here] - whole))
-    return Coverage(layers.u0, layers.v0, _pixels(absorbed, layers.subpixels))
+    return Coverage(layers.u0, layers.v0, _subpixel_means(absorbed, layers.subpixels))
 
 
 def skinned_view(rig: Rig, body: Body, skin: Skin) -> NDArray[np.float32]:
@@ -179,7 +181,7 @@ def absorbed_by_skin(rig: Rig, body: Body, skin: Skin, subpixels: int = SUBPIXEL
     strip = Strip(density, rows_per_px, skin.first_s_mm * skin.per_mm, scale)
     reach = np.full(len(s), reach_px)
     u0, v0, total, _ = sum_strands(points, s, reach, strip, subpixels)
-    return Coverage(u0, v0, _pixels(1.0 - cv2.exp(-total), subpixels))
+    return Coverage(u0, v0, _subpixel_means(1.0 - cv2.exp(-total), subpixels))
 
 
 def _skin_density(skin: Skin) -> NDArray[np.float32]:
@@ -193,7 +195,7 @@ def _skin_density(skin: Skin) -> NDArray[np.float32]:
     return np.asarray(faded, dtype=np.float32)
 
 
-def _pixels(fine: NDArray[np.float32], subpixels: int) -> NDArray[np.float32]:
+def _subpixel_means(fine: NDArray[np.float32], subpixels: int) -> NDArray[np.float32]:
     """Return the mean of each pixel's subpixels."""
     rows, columns = fine.shape[0] // subpixels, fine.shape[1] // subpixels
     mean = cv2.resize(fine, (columns, rows), interpolation=cv2.INTER_AREA)

@@ -17,6 +17,7 @@ from worm_msgs_py.files.frame_columns import frame_column
 from worm_msgs_py.files.table_schema import table_schema
 from worm_msgs_py.files.whole_files import whole_file
 from worm_msgs_py.paper import CONTACT_DISTANCE_WIDTHS
+from worm_msgs_py.units import MM_PER_M
 
 TRUE_MIDLINE_POINTS = 50
 HEAD_PART = 0.1
@@ -98,8 +99,8 @@ def truth_of(
         frame=frame,
         where=where.label,
         chamber=chamber.name,
-        **_columns(points, "uv", "px"),
-        **_columns({name: mm[name] for name in points}, "xy", "mm"),
+        **_point_columns(points, "uv", "px"),
+        **_point_columns({name: mm[name] for name in points}, "xy", "mm"),
         midline_u_px=midline[:, 0].tolist(),
         midline_v_px=midline[:, 1].tolist(),
         length_mm=body.length_px / rig.px_per_mm,
@@ -134,7 +135,7 @@ def write_truth(rows: Iterable[TruthRow], path: Path) -> None:
         pq.write_table(pa.Table.from_pylist(table, schema=SCHEMA), unfinished, compression="zstd")
 
 
-def _schema() -> pa.Schema:
+def _truth_schema() -> pa.Schema:
     types = {
         int: pa.int64(),
         float: pa.float64(),
@@ -148,10 +149,12 @@ def _schema() -> pa.Schema:
     )
 
 
-SCHEMA = _schema()
+SCHEMA = _truth_schema()
 
 
-def _columns(points: Mapping[str, tuple[float, float]], axes: str, unit: str) -> dict[str, float]:
+def _point_columns(
+    points: Mapping[str, tuple[float, float]], axes: str, unit: str
+) -> dict[str, float]:
     """Return points as columns of the table, such as `head_u_px`."""
     return {
         f"{name}_{axis}_{unit}": at
@@ -165,7 +168,7 @@ def _pair(point: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _mm(metres: tuple[float, float]) -> tuple[float, float]:
-    return metres[0] * 1e3, metres[1] * 1e3
+    return metres[0] * MM_PER_M, metres[1] * MM_PER_M
 
 
 def _angle_to_normal_deg(head: tuple[float, float], behind: tuple[float, float]) -> float:

@@ -3,7 +3,7 @@
 import { Course, LEAST_S, PLOTS } from "./course.js";
 import { Picture } from "./picture.js";
 import { clock, plain, tiles } from "./tiles.js";
-import { runs } from "./traces.js";
+import { exchanged } from "./exchanged.js";
 import { list, words } from "./lists.js";
 
 const LOOK_EVERY_MS = 2000;
@@ -35,27 +35,9 @@ async function open() {
 
 // --- what is exchanged ---
 
-function swapped(pairs) {
-  const found = new Uint8Array(trial.frames);
-  for (const [first, last] of pairs) {
-    for (let row = rowOf(first); row < found.length && (last === null || data.frame[row] <= last); row += 1) found[row] = 1;
-  }
-  return found;
-}
-
 function take(told) {
   kept = told;
-  const before = swapped(trial.applied);
-  const wished = swapped(told.entries.filter(({ what }) => what === "swap_head").map((entry) => [entry.first_frame, entry.last_frame]));
-  const changed = wished.map((is, k) => is ^ before[k]);
-  const either = (name) => data[name].map((value, k) => (changed[k] ? data[`${name}_exchanged`][k] : value));
-  const other = data.r_exchanged.map((value, k) => (changed[k] ? data.r[k] : value));
-  curves = {
-    wished, changed, r: either("r"), other, theta: either("theta"), psi: either("psi"),
-    certainty: data.certainty.map((value, k) => (changed[k] ? NaN : value)),
-    contacts: runs(trial.frames, (k) => data.contact[k] === 1 && !changed[k]),
-    exchanged: runs(trial.frames, (k) => wished[k]),
-  };
+  curves = exchanged(trial, data, told.entries, rowOf);
   showCorrections();
   fillDoubts();
   pose();

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from worm_msgs_py.errors import BadInput
-from worm_tracker.sources.bags.scan.found import Lost
 from worm_tracker.sources.bags.scan.scan import COMPRESSED_STORAGE, STORAGE, listed_files
+from worm_tracker.sources.bags.scan.scan_result import Lost
 
 _MCAP_MAGIC = b"\x89MCAP0\r\n"
 _SQLITE_MAGIC = b"SQLite format 3\x00"

@@ -16,7 +16,7 @@ from worm_msgs_py.units import NS_PER_S
 from worm_tracker.sources.bags.bag_sources import BagSource, SalvagedBag, SoundBag
 from worm_tracker.sources.bags.image_stamps import PictureStamps, ahead_of
 from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
-from worm_tracker.sources.bags.scan.found import FoundMessage, Lost
+from worm_tracker.sources.bags.scan.scan_result import FoundMessage, Lost
 from worm_tracker.sources.bags.serialized_images import (
     empty_picture,
     read_picture,
@@ -143,7 +143,7 @@ class BagPictures:
         kind = SalvagedBag if salvage else SoundBag
         self._bag: BagSource = kind(self.path, max_chunk_mib)
         try:
-            self.topic, self.message_type = _choose(self.path, self._bag, topic)
+            self.topic, self.message_type = _topic_to_read(self.path, self._bag, topic)
             self.count = self._bag.counts[self.topic, self.message_type]
             first = self._first()
             first_ns = next((m.log_ns for m in first if 0 <= m.log_ns < 2**63), 0)
@@ -323,7 +323,7 @@ def _check_range(start_offset_s: float, playback_duration_s: float | None) -> No
         raise BadInput(f"--playback-duration is {playback_duration_s} s; it must be more than 0")
 
 
-def _choose(path: Path, bag: BagSource, topic: str | None) -> tuple[str, str]:
+def _topic_to_read(path: Path, bag: BagSource, topic: str | None) -> tuple[str, str]:
     """Return name and type of the topic that is to be read."""
     pictures = {key: count for key, count in bag.counts.items() if key[1] in _PICTURE_TYPES}
     listed = (

@@ -19,10 +19,10 @@ from worm_tracker.sources.bags.bag_errors import (
     why_no_storage,
 )
 from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB
-from worm_tracker.sources.bags.scan.found import Found, Lost, Topic
 from worm_tracker.sources.bags.scan.scan import Survey, scan_bag
+from worm_tracker.sources.bags.scan.scan_result import Found, Lost, Topic
 
-_LATEST = 2**64 - 1
+_LATEST_NS = 2**64 - 1
 
 
 def name_of_repaired(bag: Path) -> Path:
@@ -62,7 +62,7 @@ def repair_bag(damaged: Path, repaired: Path, max_chunk_mib: float = MAX_CHUNK_M
         `damaged` is no bag, `repaired` is there already or cannot be written, or not one message
         can be read.
     """
-    _check(damaged, repaired)
+    _refuse_taken_name(damaged, repaired)
     survey = Survey()
     with _appearing_whole(repaired) as target:
         try:
@@ -74,7 +74,7 @@ def repair_bag(damaged: Path, repaired: Path, max_chunk_mib: float = MAX_CHUNK_M
     return survey
 
 
-def _check(damaged: Path, repaired: Path) -> None:
+def _refuse_taken_name(damaged: Path, repaired: Path) -> None:
     try:
         there, taken = damaged.exists(), os.path.lexists(repaired)
     except OSError:  # a name that is too long for the file system
@@ -145,9 +145,9 @@ def _copy(found: Iterable[Found], target: BinaryIO) -> None:
             channels[item.topic] = _register(writer, item.topic)
         writer.add_message(
             channels[item.topic],
-            min(max(item.log_ns, 0), _LATEST),
+            min(max(item.log_ns, 0), _LATEST_NS),
             item.data,
-            min(max(item.publish_ns, 0), _LATEST),
+            min(max(item.publish_ns, 0), _LATEST_NS),
             item.sequence,
         )
     writer.finish()

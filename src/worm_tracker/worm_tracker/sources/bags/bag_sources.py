@@ -19,10 +19,10 @@ from worm_tracker.sources.bags.bag_errors import (
 )
 from worm_tracker.sources.bags.scan.db3_scan import sound_rows
 from worm_tracker.sources.bags.scan.decompression import MIB
-from worm_tracker.sources.bags.scan.found import Found, FoundMessage, Lost
 from worm_tracker.sources.bags.scan.mcap_scan import McapScan
 from worm_tracker.sources.bags.scan.mcap_summary import McapSummary, read_mcap_summary
 from worm_tracker.sources.bags.scan.scan import Survey, scan_bag, unpacked
+from worm_tracker.sources.bags.scan.scan_result import Found, FoundMessage, Lost
 
 
 class BagSource(Protocol):
@@ -108,7 +108,7 @@ class SalvagedBag:
 
     def __init__(self, path: Path, max_chunk_mib: float) -> None:
         self._path, self._max_chunk_mib = path, max_chunk_mib
-        if not _exists(path):
+        if not _can_be_seen(path):
             raise no_bag_there(path)
         fault = why_no_storage(path)
         if fault is not None:
@@ -138,14 +138,14 @@ class SalvagedBag:
         """Nothing stays open."""
 
 
-def _exists(path: Path) -> bool:
+def _can_be_seen(path: Path) -> bool:
     with suppress(OSError):  # a name that is too long for the file system
         return path.exists()
     return False
 
 
 def _open(path: Path) -> Reader:
-    if not _exists(path):
+    if not _can_be_seen(path):
         raise no_bag_there(path)
     try:
         fault = why_not_a_bag(path)

@@ -29,7 +29,7 @@ class PictureStamps:
         ahead = [ns for pair in first if (ns := ahead_of(*pair)) is not None]
         self._ahead = median_low(ahead) if ahead else 0
         times = [log for _, log in first if _possible(log)]
-        stamps = [stamp for stamp, _ in first if _said(stamp)]
+        stamps = [stamp for stamp, _ in first if _is_stamped(stamp)]
         self._last_ns = min(stamps) if stamps else min(times, default=0)
 
     def decide(self, stamp_ns: int, log_ns: int, next_ahead: int | None) -> tuple[int, bool]:
@@ -42,7 +42,7 @@ class PictureStamps:
         next_ahead : int or None
             By how much the header of the next message is ahead of its time of recording.
         """
-        if _said(stamp_ns):
+        if _is_stamped(stamp_ns):
             if not _possible(log_ns):
                 return self._take(stamp_ns)
             ahead = stamp_ns - log_ns
@@ -62,10 +62,10 @@ class PictureStamps:
 
 def ahead_of(stamp_ns: int, log_ns: int) -> int | None:
     """Return by how much a header is ahead of the time of recording; None where one cannot be."""
-    return stamp_ns - log_ns if _said(stamp_ns) and _possible(log_ns) else None
+    return stamp_ns - log_ns if _is_stamped(stamp_ns) and _possible(log_ns) else None
 
 
-def _said(stamp_ns: int) -> bool:
+def _is_stamped(stamp_ns: int) -> bool:
     return stamp_ns != 0 and _possible(stamp_ns)
 
 

@@ -148,8 +148,9 @@ class Camera:
         self._thread.start()
 
     def stop(self) -> None:
-        """End capturing; a frame that waits can still be taken."""
+        """End capturing; the oldest frames that wait can still be taken."""
         self._stop.set()
+        self._frames.end()
         if self._thread.is_alive():
             self._thread.join(timeout=_STOP_S)
         if self._thread.is_alive():

@@ -16,7 +16,7 @@ CAMERA_RATE = Limit(0.01, 10_000.0, "Hz", or_zero=True)
 EXPOSURE_MS = Limit(0.001, 60_000.0, "ms", or_zero=True)
 _MANUAL, _V4L2_EXPOSURES_PER_MS = 1, 10
 """Of Video4Linux: exposure is by hand, in units of 100 µs."""
-_NEAR = 0.02
+_NEAR_PART = 0.02
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class CameraSettings:
         refused = []
         for name, asked, number, scale, unit in wishes:
             got = float(capture.get(number)) / scale
-            if not abs(got - asked) <= _NEAR * asked:
+            if not abs(got - asked) <= _NEAR_PART * asked:
                 refused.append(f"{asked:g} {unit} of {name} were asked for, {got:g} are given")
         return refused
 

@@ -12,7 +12,7 @@ from worm_msgs_py.limits import Limit
 from worm_tracker.sources.bags.bag_writer import PictureRecorder
 from worm_tracker.sources.bags.compressed_message import compressed_message
 from worm_tracker.sources.bags.serialized_images import empty_picture
-from worm_tracker.sources.cameras.disk_room import DiskRoom
+from worm_tracker.sources.cameras.disk_space import DiskSpace
 from worm_tracker.sources.cameras.waiting_frames import CapturedFrame
 from worm_tracker.sources.image_decoder import COMPRESSED_TYPE, IMAGE_TYPE
 
@@ -101,7 +101,7 @@ class LiveRecord:
             sync_s=_SYNC_S,
             notes=self._form.notes,
         )
-        self._room = DiskRoom(directory)
+        self._room = DiskSpace(directory)
         self._warnings: deque[str] = deque()
         self._stopped: deque[str] = deque()
         self._first_bytes = 0

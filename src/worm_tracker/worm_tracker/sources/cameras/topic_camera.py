@@ -107,8 +107,9 @@ class TopicCamera:
         self.lost = 0
 
     def stop(self) -> None:
-        """Take no more; a frame that waits can still be taken."""
+        """Take no more; the oldest frames that wait can still be taken."""
         self._stopped = True
+        self._frames.end()
 
     def take(self) -> CapturedFrame | None:
         """Return the oldest frame that waits, or None."""

@@ -1,4 +1,4 @@
-"""Frames of a camera that wait for the tracker: few of them, and what nobody took is counted."""
+"""Frames of a camera that wait for the tracker: for seconds, and what nobody took is counted."""
 
 import threading
 from collections import deque
@@ -7,9 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_WAITING = 60
-"""Two seconds at 30 frames/s: longer than it takes to find the chamber in the first picture, and
-than the frames that were held back until the head was known take to be analysed."""
+MOST_WAITING = 300
+"""Ten seconds at 30 frames/s: a worm that folds costs more than a frame's time for as long, finding
+the chamber or telling a fold's frames all at once a second or two. A late frame is told; one that
+was skipped is lost."""
+MOST_WAITING_BYTES = 256_000_000
+"""Memory that they may take: large pictures wait in smaller numbers."""
+LEAST_WAITING = 60
+"""So many may wait, however large they are: finding the chamber in them takes as long."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,17 +32,33 @@ class CapturedFrame:
 class WaitingFrames:
     """Holds frames in order while the tracker is busy for a moment; the newest alone where it lags.
 
-    Where `most` frames wait when another comes, the tracker is slower than the camera: those that
-    wait are skipped, and the newest one alone is held from then on, until as many have been taken
-    in a row without one skipped. Before `begin` the newest alone is held too, and nothing counted.
+    Where as many frames wait as may when another comes, the tracker is slower than the camera:
+    those that wait are skipped, and the newest one alone is held from then on, until some have been
+    taken in a row without one skipped. Before `begin` the newest alone is held too, and nothing
+    counted.
 
     One thread may put frames in while another takes them.
+
+    Parameters
+    ----------
+    most : int, optional
+        Frames that may wait.
+    most_bytes : int, optional
+        What they may take of memory; of large frames fewer wait, though never fewer than `least`.
+    least : int, optional
+        Also how many are taken in a row before frames may wait again, and are left at the end.
     """
 
-    def __init__(self, most: int = MOST_WAITING) -> None:
+    def __init__(
+        self,
+        most: int = MOST_WAITING,
+        most_bytes: int = MOST_WAITING_BYTES,
+        least: int = LEAST_WAITING,
+    ) -> None:
         self._lock = threading.Lock()
         self._frames: deque[CapturedFrame] = deque()
-        self._most, self._limit = most, 1
+        self._most, self._most_bytes, self._least = most, most_bytes, min(least, most)
+        self._newest_alone = True
         self._captured = self._taken = self._skipped = self._in_a_row = 0
 
     @property
@@ -49,17 +70,24 @@ class WaitingFrames:
         """Count, and hold more frames than one, from now on."""
         with self._lock:
             self._captured, self._taken, self._skipped = len(self._frames), 0, 0
-            self._limit = self._most
+            self._newest_alone = False
 
     def put(self, frame: CapturedFrame) -> None:
         """Hold a frame behind those that wait, or instead of them."""
         with self._lock:
-            if len(self._frames) >= self._limit:
+            if len(self._frames) >= self._limit(frame):
                 self._skipped += len(self._frames)
                 self._frames.clear()
-                self._limit, self._in_a_row = 1, 0
+                self._newest_alone, self._in_a_row = True, 0
             self._frames.append(frame)
             self._captured += 1
+
+    def end(self) -> None:
+        """Skip all that wait but the oldest few: who ends a trial does not wait for long."""
+        with self._lock:
+            while len(self._frames) > self._least:
+                self._frames.pop()
+                self._skipped += 1
 
     def take(self) -> CapturedFrame | None:
         """Return the oldest frame that waits, or None."""
@@ -68,8 +96,8 @@ class WaitingFrames:
                 return None
             self._taken += 1
             self._in_a_row += 1
-            if self._in_a_row >= self._most:
-                self._limit = self._most
+            if self._in_a_row >= self._least:
+                self._newest_alone = False
             return self._frames.popleft()
 
     def counts(self) -> tuple[int, int, int, int]:
@@ -79,3 +107,10 @@ class WaitingFrames:
         """
         with self._lock:
             return self._captured, self._taken, self._skipped, len(self._frames)
+
+    def _limit(self, frame: CapturedFrame) -> int:
+        """Return how many frames of this size may wait."""
+        if self._newest_alone:
+            return 1
+        fit = self._most_bytes // max(frame.picture.nbytes, 1)
+        return min(self._most, max(self._least, fit))

@@ -6,8 +6,7 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
-from worm_tracker.sources.bags.scan.found import Found, FoundMessage, Lost, Topic
-from worm_tracker.sources.bags.scan.guessing import guessed_topic
+from worm_tracker.sources.bags.scan.scan_result import Found, FoundMessage, Lost, Topic
 from worm_tracker.sources.bags.scan.sqlite_pages import (
     SIZES,
     SQLITE_MAGIC,
@@ -16,6 +15,7 @@ from worm_tracker.sources.bags.scan.sqlite_pages import (
     columns,
     declared_page_size,
 )
+from worm_tracker.sources.bags.scan.topic_guess import guessed_topic
 
 _FAR = 1000
 """A row whose number is this far beyond their count has a damaged number."""

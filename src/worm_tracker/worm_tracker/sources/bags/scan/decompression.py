@@ -40,9 +40,9 @@ def decompress(data: bytes, compression: str, limit: int) -> tuple[bytes, str]:
         return data[:limit], "" if len(data) <= limit else f"it is larger than {limit} bytes"
     if kind is None:
         return b"", f"its compression {compression[:16]!r} is not known"
-    whole, why = _stream(_opened(kind), data, limit, _COARSE_STEP_BYTES)
+    whole, why = _stream(_decompressor(kind), data, limit, _COARSE_STEP_BYTES)
     if why:  # once more in small steps, which keeps all that comes before the error
-        partial, _ = _stream(_opened(kind), data, limit, _FINE_STEP_BYTES)
+        partial, _ = _stream(_decompressor(kind), data, limit, _FINE_STEP_BYTES)
         whole = max(whole, partial, key=len)
     return whole, why
 
@@ -68,7 +68,7 @@ class _Zstd:
         return made
 
 
-def _opened(kind: str) -> Any:
+def _decompressor(kind: str) -> Any:
     return _Zstd() if kind == "zstd" else lz4.frame.LZ4FrameDecompressor()
 
 

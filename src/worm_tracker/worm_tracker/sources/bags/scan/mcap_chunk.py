@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from worm_tracker.sources.bags.scan.decompression import MIB
-from worm_tracker.sources.bags.scan.found import Lost
 from worm_tracker.sources.bags.scan.mcap_records import (
     HEAD,
     MESSAGE_HEAD,
@@ -14,6 +13,7 @@ from worm_tracker.sources.bags.scan.mcap_records import (
     Op,
     is_plausible,
 )
+from worm_tracker.sources.bags.scan.scan_result import Lost
 
 _IN_CHUNKS = frozenset((Op.SCHEMA, Op.CHANNEL, Op.MESSAGE))
 _MESSAGE = re.compile(rb"\x05(?=.{4}\x00{4})", re.DOTALL)

@@ -4,7 +4,7 @@ import struct
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from worm_tracker.sources.bags.scan.found import Topic
+from worm_tracker.sources.bags.scan.scan_result import Topic
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 HEAD = struct.Struct("<BQ")

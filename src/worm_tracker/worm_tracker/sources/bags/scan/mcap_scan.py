@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import BinaryIO
 
 from worm_tracker.sources.bags.scan.decompression import COMPRESSIONS, decompress
-from worm_tracker.sources.bags.scan.found import Found, FoundMessage, Lost, Topic
-from worm_tracker.sources.bags.scan.guessing import guessed_topic
 from worm_tracker.sources.bags.scan.mcap_chunk import ChunkReading, records_in
 from worm_tracker.sources.bags.scan.mcap_records import (
     HEAD,
@@ -25,6 +23,8 @@ from worm_tracker.sources.bags.scan.mcap_records import (
     read_schema,
 )
 from worm_tracker.sources.bags.scan.mcap_summary import McapSummary, read_mcap_summary
+from worm_tracker.sources.bags.scan.scan_result import Found, FoundMessage, Lost, Topic
+from worm_tracker.sources.bags.scan.topic_guess import guessed_topic
 
 _WINDOW = 1 << 20
 _RECORD_START = 64

@@ -18,7 +18,7 @@ from worm_tracker.sources.bags.scan.mcap_records import (
 
 _FOOTER = HEAD.size + 20 + len(MCAP_MAGIC)
 _DATA_END = HEAD.size + 4
-_LARGEST = 1 << 28
+_LARGEST_SUMMARY = 1 << 28
 
 
 @dataclass(slots=True)
@@ -83,7 +83,10 @@ def read_mcap_summary(file: BinaryIO, size: int) -> McapSummary:
     start, _, crc = struct.unpack_from("<QQI", footer, HEAD.size)
     if start == 0:
         return summary
-    if not len(MCAP_MAGIC) + _DATA_END <= start <= size - _FOOTER or size - start > _LARGEST:
+    if (
+        not len(MCAP_MAGIC) + _DATA_END <= start <= size - _FOOTER
+        or size - start > _LARGEST_SUMMARY
+    ):
         return summary
     file.seek(start - _DATA_END)
     ends = HEAD.unpack(file.read(HEAD.size))

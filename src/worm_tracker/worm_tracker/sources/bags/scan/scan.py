@@ -13,12 +13,12 @@ import zstandard
 
 from worm_tracker.sources.bags.scan.db3_scan import Db3Scan
 from worm_tracker.sources.bags.scan.decompression import MAX_CHUNK_MIB, MIB, decompress, is_zstd
-from worm_tracker.sources.bags.scan.found import Found, FoundMessage, Lost, Topic
 from worm_tracker.sources.bags.scan.mcap_scan import McapScan
+from worm_tracker.sources.bags.scan.scan_result import Found, FoundMessage, Lost, Topic
 
 STORAGE = (".mcap", ".db3")
 COMPRESSED_STORAGE = tuple(f"{suffix}.zstd" for suffix in STORAGE)
-_CAST = 1 << 22
+_COPY_BYTES = 1 << 22
 
 
 def storage_files(bag: Path) -> list[Path]:
@@ -30,14 +30,14 @@ def storage_files(bag: Path) -> list[Path]:
         return [bag]
     there = sorted(
         (file for file in bag.iterdir() if file.name.endswith((*STORAGE, *COMPRESSED_STORAGE))),
-        key=_number,
+        key=_file_order,
     )
     listed = [bag / Path(name).name for name in listed_files(bag / "metadata.yaml")]
     known = [file for file in dict.fromkeys(listed) if file in there]
     return [file for file in known or there if file.is_file()]
 
 
-def _number(file: Path) -> tuple[int, str]:
+def _file_order(file: Path) -> tuple[int, str]:
     """Return what sorts bag_2.mcap before bag_10.mcap."""
     digits = file.name.split(".")[0].rpartition("_")[2]
     return (int(digits) if digits.isdigit() and len(digits) < 10 else -1, file.name)
@@ -95,7 +95,7 @@ def _scan_compressed(file: Path, max_chunk_mib: float) -> Iterator[Found]:
                 plain.open("wb") as target,
                 zstandard.ZstdDecompressor().stream_reader(packed) as stream,
             ):
-                shutil.copyfileobj(stream, target, _CAST)
+                shutil.copyfileobj(stream, target, _COPY_BYTES)
         except zstandard.ZstdError as error:
             yield Lost(f"{file.name}: its compressed data is damaged ({error})", None)
         yield from scan_file(plain, max_chunk_mib)

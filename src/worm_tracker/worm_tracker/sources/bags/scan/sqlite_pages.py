@@ -118,7 +118,7 @@ class SqlitePages:
 
     def cells(self, number: int, page: bytes) -> Iterator[Cell]:
         """Yield the rows of a table's leaf; those that make no sense are left out."""
-        for place in _places(number, page):
+        for place in _cell_places(number, page):
             try:
                 yield self._cell(page, place)
             except (IndexError, struct.error):
@@ -127,7 +127,7 @@ class SqlitePages:
     def indexed_rows(self) -> Iterator[int]:
         """Yield the numbers of the rows that are in the index of an integer column."""
         for number, page in self.leaves(INDEX):
-            for place in _places(number, page):
+            for place in _cell_places(number, page):
                 with suppress(IndexError):
                     size, at = varint(page, place)
                     row = columns(page[at : at + size], 2)
@@ -162,7 +162,7 @@ class SqlitePages:
         return b"".join(parts)
 
 
-def _places(number: int, page: bytes) -> tuple[int, ...]:
+def _cell_places(number: int, page: bytes) -> tuple[int, ...]:
     """Return where in a leaf its cells begin."""
     at = 100 if number == 1 else 0
     count = int.from_bytes(page[at + 3 : at + 5], "big")
@@ -196,14 +196,14 @@ def columns(payload: bytes, most: int) -> list[object] | None:
             size = (0, 1, 2, 3, 4, 6, 8, 8, 0, 0)[kind] if kind < 10 else (kind - 12) // 2
             if kind in (10, 11) or at + size > len(payload):
                 return None
-            values.append(_value(kind, payload[at : at + size]))
+            values.append(_cell_value(kind, payload[at : at + size]))
             at += size
     except (IndexError, UnicodeDecodeError):
         return None
     return values
 
 
-def _value(kind: int, data: bytes) -> object:
+def _cell_value(kind: int, data: bytes) -> object:
     if kind == 0:
         return None
     if kind == 7:

@@ -15,7 +15,7 @@ from worm_tracker.midline.path import BodyPath, evenly, nodes_for
 
 
 @dataclass(frozen=True, slots=True)
-class RegrowSettings:
+class RegrownEndsSettings:
     """Which arcs are tried."""
 
     cut_widths: tuple[float, ...] = (0.7, 1.5, 3.0, 5.0)
@@ -42,7 +42,7 @@ def regrown(
     width: float,
     end_width: float,
     last_end: bool,
-    settings: RegrowSettings,
+    settings: RegrownEndsSettings,
 ) -> BodyPath | None:
     """Return a path with one end laid anew; None where that covers nothing that is missing.
 
@@ -56,7 +56,7 @@ def regrown(
         The body's, and that of its end, which may taper, pixels.
     last_end : bool
         Whether the path's last end is meant, rather than its first.
-    settings : RegrowSettings
+    settings : RegrownEndsSettings
     """
     curve = path.curve if last_end else path.curve[::-1]
     step = width / settings.nodes_per_width
@@ -84,7 +84,7 @@ def _gain(
     mask: Picture,
     wanted: Picture,
     end_width: float,
-    settings: RegrowSettings,
+    settings: RegrownEndsSettings,
 ) -> Floats:
     """Return what each arc, cut off after each node, covers of what is missing, less its costs."""
     side = 1j * tangent * settings.side_widths * end_width

@@ -36,7 +36,7 @@ _MADE_ANEW = (
 )
 
 
-class KeptCorrections:
+class CorrectionStore:
     """Reads and changes the file; every change says which state of it it rests on."""
 
     def __init__(self, trial: ReviewedTrial) -> None:

@@ -8,25 +8,49 @@ import numpy as np
 
 from worm_analysis.statistics.depth_law import (
     BINS_PER_THRESHOLD,
+    DEPTH_LAW,
     FIRST_BIN,
     LAST_BIN,
-    MOST_KEPT,
     DepthLaw,
+    DepthLawSettings,
     fit_depth_law,
 )
 from worm_msgs_py.arrays import Floats, Mask
 from worm_msgs_py.units import NS_PER_S
 
-LOOK_AHEAD_NS = round(1.5 * NS_PER_S)
-"""What comes later than this says nothing of a frame: an episode takes less than a second."""
-HOLD_NS = 2 * LOOK_AHEAD_NS
-FIRST_FIT_S = 15.0
-"""A dozen contacts: enough for the law of their depths. Until then nothing is told for good."""
-SHORTEST_FIT_S = 3.0
-CLEARLY_TOUCHING = 2.5
-"""Within so many standard deviations of its mean a depth is one in contact."""
-FEWEST_PAIRS = 100
 BINS = LAST_BIN - FIRST_BIN
+
+
+@dataclass(frozen=True, slots=True)
+class ContactStateSettings:
+    """How contact is told.
+
+    Attributes
+    ----------
+    look_ahead_s : float
+        What comes later says nothing of a frame: an episode takes less than a second. Frames are
+        held back for twice as long and settled many at once.
+    first_fit_s : float
+        A dozen contacts: enough for the law of their depths. Until then nothing is told for good.
+    shortest_fit_s : float
+        A track that ends sooner is told by the law that is begun with.
+    clear_touch_deviations : float
+        Within so many standard deviations of its mean a depth is one in contact.
+    fewest_pairs : int
+        Pairs of neighbouring frames in contact that the noise's correlation needs; 0 with fewer.
+    depth_law : DepthLawSettings
+        What the laws of depths may be.
+    """
+
+    look_ahead_s: float = 1.5
+    first_fit_s: float = 15.0
+    shortest_fit_s: float = 3.0
+    clear_touch_deviations: float = 2.5
+    fewest_pairs: int = 100
+    depth_law: DepthLawSettings = DEPTH_LAW
+
+
+CONTACT_STATE = ContactStateSettings()
 
 
 class ResolvedFrame(NamedTuple):
@@ -103,13 +127,15 @@ class HiddenContact:
     the frames and their stamps alone. Before the exit there is no wall, and no contact.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, settings: ContactStateSettings = CONTACT_STATE) -> None:
+        self._settings = settings
+        self._look_ahead_ns = round(settings.look_ahead_s * NS_PER_S)
         self.law = DepthLaw()
         self.threshold_m = nan
         self._odds = _odds_of(self.law)
         self._counts = [0] * (BINS + 1)
         self._beyond = 0.0
-        self._seen_s, self._next_fit_s = 0.0, FIRST_FIT_S
+        self._seen_s, self._next_fit_s = 0.0, settings.first_fit_s
         self._rates = _Rates()
         self._pairs = np.zeros(3)
         self._waiting = _Waiting()
@@ -118,7 +144,7 @@ class HiddenContact:
     @property
     def is_fitted(self) -> bool:
         """Whether enough was seen for the law to be the trial's own."""
-        return self._seen_s >= SHORTEST_FIT_S
+        return self._seen_s >= self._settings.shortest_fit_s
 
     def push(
         self,
@@ -161,8 +187,9 @@ class HiddenContact:
             self._fit()
         held = self._waiting
         resolved: list[ResolvedFrame] = []
-        if self._next_fit_s > FIRST_FIT_S and stamp_ns - held.stamp_ns[0] >= HOLD_NS:
-            resolved = self._settle(stamp_ns - LOOK_AHEAD_NS)
+        held_ns = stamp_ns - held.stamp_ns[0]
+        if self._next_fit_s > self._settings.first_fit_s and held_ns >= 2 * self._look_ahead_ns:
+            resolved = self._settle(stamp_ns - self._look_ahead_ns)
         return held.touching[-1] > 0.5, resolved
 
     def _hold(
@@ -200,7 +227,7 @@ class HiddenContact:
         if not self._waiting.stamp_ns:
             self._before = None
             return []
-        if self._next_fit_s == FIRST_FIT_S and self.is_fitted:
+        if self._next_fit_s == self._settings.first_fit_s and self.is_fitted:
             self._fit()
         resolved = self._settle(self._waiting.stamp_ns[-1])
         self._before = None
@@ -223,14 +250,16 @@ class HiddenContact:
 
     def _fit(self) -> None:
         """Fit the law and the chances to all that was seen, and filter anew what waits."""
-        held = self._waiting
+        held, settings = self._waiting, self._settings
         counts = np.array(self._counts, dtype=np.float64)
-        law = fit_depth_law(counts[:BINS], (counts[BINS], self._beyond), self.law.kept)
+        beyond = (counts[BINS], self._beyond)
+        law = fit_depth_law(counts[:BINS], beyond, self.law.kept, settings.depth_law)
         depth, mouth = np.array(held.depth), np.array(held.in_mouth)
-        touching = (np.abs(depth - law.touch) < CLEARLY_TOUCHING * law.noise) & ~mouth
+        off = np.abs(depth - law.touch)
+        touching = (off < settings.clear_touch_deviations * law.noise) & ~mouth
         pairs = self._pairs + _pairs(depth - law.touch, touching)
-        kept = pairs[1] / pairs[2] if pairs[0] >= FEWEST_PAIRS and pairs[2] > 0 else 0.0
-        self.law = replace(law, kept=min(max(float(kept), 0.0), MOST_KEPT))
+        kept = pairs[1] / pairs[2] if pairs[0] >= settings.fewest_pairs and pairs[2] > 0 else 0.0
+        self.law = replace(law, kept=min(max(float(kept), 0.0), settings.depth_law.most_kept))
         self._odds = _odds_of(self.law)
         bins = np.clip((depth * BINS_PER_THRESHOLD - FIRST_BIN).astype(int), 0, BINS)
         held.odds = [0.0 if m else self._odds[b] for m, b in zip(mouth, bins, strict=True)]
@@ -279,7 +308,7 @@ class HiddenContact:
             rates.time_f_s += (1 - frame.share) * dt_s
         residual = np.array(self._waiting.depth[:n]) - self.law.touch
         touching = np.array([frame.contact for frame in found])
-        touching &= np.abs(residual) < CLEARLY_TOUCHING * self.law.noise
+        touching &= np.abs(residual) < self._settings.clear_touch_deviations * self.law.noise
         self._pairs += _pairs(residual, touching)
         self._before = (stamps[n - 1], alpha[n - 1])
         self._waiting.drop(n)

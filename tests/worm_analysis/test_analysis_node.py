@@ -14,8 +14,8 @@ from worm_analysis.analysis import Analysis
 from worm_analysis.analysis_node import AnalysisNode
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py import convert, topics
+from worm_msgs_py.ros.counting_publisher import Announcement, read_announcement
 from worm_msgs_py.ros.interfaces import RESULTS
-from worm_msgs_py.ros.ledger import Announcement, read_announcement
 from worm_msgs_py.ros.qos import ESTIMATES_DEPTH, FLOW, LATCHED_SET_DEPTH
 from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES
 from worm_tracker.sources.source_node import drain

@@ -10,7 +10,7 @@ _KEEP_BYTES = 256 << 20
 _KEEP_SHARE = 0.02
 
 
-class DiskRoom:
+class DiskSpace:
     """Watches the disk that a recording grows on.
 
     Parameters

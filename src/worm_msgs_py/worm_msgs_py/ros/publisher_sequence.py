@@ -1,7 +1,7 @@
 """Tells one publisher's messages from others', by the numbers that DDS gives them."""
 
 
-class Turn:
+class PublisherSequence:
     """Whose number is the next one of the publisher that is followed.
 
     The first message says where its publisher is. One that is followed from its first message is

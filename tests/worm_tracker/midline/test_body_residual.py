@@ -5,11 +5,17 @@ import pytest
 from drawn_folds import BENDS, DARKENING, HEADINGS, LEVEL, WIDTHS, Drawn, as_rows, loops
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from scipy.ndimage import binary_erosion, distance_transform_edt
+from scipy.ndimage import binary_erosion, binary_opening, distance_transform_edt, label
 
-from worm_tracker.midline.explained import ExplainedSettings, dark_places, strands, unexplained
+from worm_tracker.midline.body_residual import (
+    BodyResidualSettings,
+    ObjectMasks,
+    dark_places,
+    strands,
+    unexplained,
+)
 
-SETTINGS = ExplainedSettings()
+SETTINGS = BodyResidualSettings()
 STRAIGHT = [(10.0, 0.0)]
 ROUND_TO_ITSELF = [(4.0, 0.0), (7.5, 0.6)]
 """A loop that leads back to just before the body's own flank."""
@@ -24,7 +30,8 @@ def round_and_on(widths, width, **look):
 def compared(drawn, points, widths, by_darkness=True):
     """Return what a body leaves of a picture."""
     dark = dark_places(drawn.signal, LEVEL, DARKENING, SETTINGS) if by_darkness else None
-    return unexplained(drawn.mask, dark, points, widths, drawn.width, SETTINGS)
+    seen = ObjectMasks(drawn.mask, dark, drawn.width, SETTINGS)
+    return unexplained(seen, points, widths)
 
 
 def rim_widths(width):
@@ -147,3 +154,19 @@ def test_a_body_beyond_the_window_is_in_no_water_that_is_seen():
     assert found.agreement == 0.0
     assert found.left_over == pytest.approx(drawn.area / 100.0, rel=0.15)  # less a row of pixels
     assert as_rows(drawn.curve).min() > 0
+
+
+@given(seed=st.integers(0, 2**32 - 1), share=st.floats(0.05, 0.6), grain=st.integers(1, 4))
+@settings(max_examples=30)
+def test_of_what_is_left_over_the_largest_piece_counts(seed, share, grain):
+    """Pieces touch by their corners, too, and one may lie within another."""
+    coarse = np.random.default_rng(seed).random((40, 40)) < share
+    mask = np.zeros((200, 200), np.uint8)
+    spots = np.kron(coarse, np.ones((grain, grain))) > 0
+    mask[20 : 20 + len(spots), 20 : 20 + len(spots)][spots] = 255
+    afar = np.stack([np.linspace(190.0, 197.0, 9), np.full(9, 195.0)], axis=1)
+    found = unexplained(ObjectMasks(mask, None, 4.0, SETTINGS), afar, np.full(9, 2.0))
+    specks_gone = binary_opening(mask > 0, np.ones((2, 2)))
+    labels, _ = label(specks_gone, np.ones((3, 3)))
+    largest = np.bincount(labels.ravel())[1:].max(initial=0)
+    assert found.left_over == largest / 4.0**2

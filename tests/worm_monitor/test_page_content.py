@@ -6,7 +6,7 @@ from math import nan, pi
 import numpy as np
 import pytest
 
-from worm_monitor.shown import MOST_LOGGED, MOST_POSES, ROW, Shown
+from worm_monitor.page_content import MOST_LOGGED, MOST_POSES, ROW, PageContent
 from worm_msgs_py import (
     BodyState,
     Chamber,
@@ -50,7 +50,7 @@ def told(shown):
 
 
 def test_a_row_has_millimetres_and_degrees_since_the_first_frame():
-    shown = Shown()
+    shown = PageContent()
     shown.take_state(state(5), 0.0, None)
     shown.take_observables(
         Observables(
@@ -66,7 +66,7 @@ def test_a_row_has_millimetres_and_degrees_since_the_first_frame():
 
 
 def test_news_are_told_once_and_everything_is_there_for_whoever_comes_late():
-    shown = Shown()
+    shown = PageContent()
     shown.take_quantities([Quantity("d_c", 1.94999, 1.5, 2.5, 40, "mm", 1.95)])
     assert told(shown)["quantities"]["d_c"]["value"] == 1.95
     assert "quantities" not in told(shown)
@@ -74,7 +74,7 @@ def test_news_are_told_once_and_everything_is_there_for_whoever_comes_late():
 
 
 def test_a_frame_without_pose_says_why_and_how_long_ago_it_was():
-    shown = Shown()
+    shown = PageContent()
     shown.take_state(state(3, Status.NO_WORM, where=Where.CHAMBER_A), 10.0, 0.05)
     shown.tell_now(12.5)
     now = told(shown)["now"]
@@ -84,7 +84,7 @@ def test_a_frame_without_pose_says_why_and_how_long_ago_it_was():
 
 
 def test_frames_a_second_are_those_of_late():
-    shown = Shown()
+    shown = PageContent()
     for k in range(100):
         shown.take_state(state(k), 0.1 * k, None)
         shown.take_counts(2 * k, 0.1 * k)
@@ -95,7 +95,7 @@ def test_frames_a_second_are_those_of_late():
 
 
 def test_a_pose_is_drawn_once_its_midline_has_come():
-    shown = Shown()
+    shown = PageContent()
     shown.take_state(state(1), 0.0, None)
     assert shown.pose(SECOND) is None
     shown.take_midline(SECOND, midline())
@@ -106,7 +106,7 @@ def test_a_pose_is_drawn_once_its_midline_has_come():
 
 
 def test_what_is_remembered_is_bounded():
-    shown = Shown()
+    shown = PageContent()
     for k in range(3 * MOST_POSES):
         shown.take_state(state(k), float(k), None)
         shown.take_midline(k * SECOND, midline())
@@ -119,7 +119,7 @@ def test_what_is_remembered_is_bounded():
 
 
 def test_events_are_told_in_words():
-    shown = Shown()
+    shown = PageContent()
     shown.take_state(state(0), 0.0, None)
     shown.take_events(
         [
@@ -139,13 +139,13 @@ def test_events_are_told_in_words():
 
 
 def test_what_happened_before_the_first_frame_has_no_time():
-    shown = Shown()
+    shown = PageContent()
     shown.take_source_events([SourceEvent(SourceEventKind.OUTAGE, 0, 7 * SECOND, "gone")])
     assert told(shown)["events"][0]["t"] is None
 
 
 def test_the_rig_is_told_in_millimetres():
-    shown = Shown()
+    shown = PageContent()
     chamber = Chamber("chamber_a", 512.0, 500.0, 400.0, 0.0, 10e-3, 3e-3)
     shown.take_geometry(Geometry(1, 0, 1024, 1024, (chamber,)))
     chamber = told(shown)["geometry"]["chambers"][0]
@@ -153,7 +153,7 @@ def test_the_rig_is_told_in_millimetres():
 
 
 def test_the_walks_numbers_are_told_in_units_for_people():
-    shown = Shown()
+    shown = PageContent()
     items = (
         ModelQuantity("d_c", "m", modelled=2e-3),
         ModelQuantity("tau_h", "s", 30.0, 20.0, 40.0, 25.0, 21.0, nan),
@@ -166,7 +166,7 @@ def test_the_walks_numbers_are_told_in_units_for_people():
 
 
 def test_a_forecast_is_told_with_its_chances():
-    shown = Shown()
+    shown = PageContent()
     shown.take_forecast(Forecast(3, 1, median_s=12.34, low_s=1.0, high_s=nan, within_10_s=0.456))
     assert told(shown)["forecast"] == {
         "median": 12.3, "low": 1.0, "high": None,
@@ -175,7 +175,7 @@ def test_a_forecast_is_told_with_its_chances():
 
 
 def test_histograms_and_curves_come_without_nan_and_without_empty_ends():
-    shown = Shown()
+    shown = PageContent()
     counts = np.array([1, 0, 2, 0, 0])
     shown.take_distribution(Distribution("d_c", "m", np.arange(6) * 1e-3, counts))
     shown.take_distribution(Distribution("what nobody shows", "m", np.arange(2.0), np.ones(1, int)))

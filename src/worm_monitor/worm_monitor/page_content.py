@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping
 from math import degrees, isfinite, nan, pi, remainder
 from typing import Any
 
-from worm_monitor.drawn import drawn_chambers, drawn_pose
 from worm_monitor.event_words import event_in_words
 from worm_monitor.json_numbers import JsonRow, rounded, rounded_all
+from worm_monitor.overlay_json import drawn_chambers, drawn_pose
 from worm_monitor.rates import Rate
 from worm_monitor.thinned_rows import ThinnedRows
 from worm_msgs_py import (
@@ -35,7 +35,7 @@ ROW = ("t", "r_h", "r_c", "r_t", "theta_h", "psi_b", "psi_h", "contact")
 _DISTRIBUTIONS = ("r_h", "r_c", "r_t", "psi_b", "d_c", "d_nc", "delta_r_h")
 
 
-class Shown:
+class PageContent:
     """Takes what the graph says, and tells what is new of it, or all.
 
     Nothing of it grows without end: rows are thinned, events and poses are the last ones.
@@ -120,7 +120,7 @@ class Shown:
             self._first_ns = seen.stamp_ns
         time_s = self.time_s(seen.stamp_ns)
         if self._rows.is_due(time_s):
-            self._rows.add(_row(time_s, seen))
+            self._rows.add(_plotted_row(time_s, seen))
 
     def take_events(self, events: Iterable[Event]) -> None:
         """Take contacts, excursions, visits and attempts that have closed."""
@@ -283,7 +283,7 @@ def _pose(state: BodyState) -> dict[str, Any]:
     )
 
 
-def _row(time_s: float, seen: Observables) -> JsonRow:
+def _plotted_row(time_s: float, seen: Observables) -> JsonRow:
     radii = rounded_all((seen.r_h_m, seen.r_c_m, seen.r_t_m), MM_PER_M, 4)
     theta = seen.theta_h_rad
     wrapped = remainder(theta, 2 * pi) if isfinite(theta) else theta

@@ -13,10 +13,10 @@ from worm_model.simulator.folded_worms import (
     rig_for,
 )
 from worm_model.simulator.rig.skins import read_skins
-from worm_tracker.midline.doubled import DoubledSettings, looks_doubled
+from worm_tracker.midline.doubled_body import DoubledBodySettings, looks_doubled
 from worm_tracker.midline.refine import RefinedMidline, RefineSettings, refine
 
-SETTINGS = DoubledSettings()
+SETTINGS = DoubledBodySettings()
 PART = np.linspace(0.0, 1.0, 65)
 
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reviewed_trials import FPS, FRAMES, change_summary, small_trial
 
-from worm_monitor.review.kept_corrections import KeptCorrections, who_am_i
+from worm_monitor.review.correction_store import CorrectionStore, who_am_i
 from worm_monitor.review.trial import read_reviewed_trial
 from worm_msgs_py.files.corrections import (
     Correction,
@@ -27,7 +27,7 @@ def trial(tmp_path_factory):
 @pytest.fixture
 def kept(trial):
     (trial.directory / "corrections.json").unlink(missing_ok=True)
-    return KeptCorrections(trial)
+    return CorrectionStore(trial)
 
 
 def added(kept, first, last, **more):
@@ -106,7 +106,7 @@ _JSON = st.recursive(
 @given(_JSON, st.sampled_from(["add", "remove"]))
 def test_nothing_that_a_browser_can_send_breaks_the_file(trial, value, what):
     (trial.directory / "corrections.json").unlink(missing_ok=True)
-    kept = KeptCorrections(trial)
+    kept = CorrectionStore(trial)
     told = kept.change({"based_on": "none", what: value})
     assert told["refused"]
     assert not (trial.directory / "corrections.json").exists()
@@ -157,7 +157,7 @@ def test_the_login_name_is_offered(monkeypatch):
 def test_results_of_a_table_of_tracks_take_no_corrections(tmp_path):
     results = small_trial(tmp_path / "out")
     change_summary(results, lambda s: s["provenance"].update(source={"table": "tracks.csv"}))
-    kept = KeptCorrections(read_reviewed_trial(results))
+    kept = CorrectionStore(read_reviewed_trial(results))
     assert "analyse it again" in kept.told()["never"]
     assert added(kept, 1, 2)["refused"]
     assert not (results / "corrections.json").exists()
@@ -165,7 +165,7 @@ def test_results_of_a_table_of_tracks_take_no_corrections(tmp_path):
 
 def test_results_that_were_made_anew_are_not_corrected_by_what_was_seen_before(tmp_path):
     results = small_trial(tmp_path / "out")
-    kept = KeptCorrections(read_reviewed_trial(results))
+    kept = CorrectionStore(read_reviewed_trial(results))
     assert added(kept, 1, 2)["refused"] == ""
     results.rename(tmp_path / "old")
     small_trial(results)

@@ -71,7 +71,3 @@ class Lost:
 
 
 Found = FoundMessage | Lost
-
-
-class TooLarge(ValueError):  # noqa: N818 (it is the chunk that is too large)
-    """Decompressed, a piece of the bag would be larger than is allowed."""

@@ -15,7 +15,7 @@ from worm_tracker.midline.refine import RefinedMidline
 
 
 @dataclass(frozen=True, slots=True)
-class DoubledSettings:
+class DoubledBodySettings:
     """Which step is that of a body laid double."""
 
     end_part: float = 0.12
@@ -31,7 +31,7 @@ class DoubledSettings:
     """Least part of the body on either side."""
 
 
-def looks_doubled(body: RefinedMidline, settings: DoubledSettings) -> bool:
+def looks_doubled(body: RefinedMidline, settings: DoubledBodySettings) -> bool:
     """Tell whether a body's darkness or width falls into two even parts."""
     cut = round(settings.end_part * len(body.levels))
     inner = slice(cut, len(body.levels) - cut)
@@ -40,7 +40,7 @@ def looks_doubled(body: RefinedMidline, settings: DoubledSettings) -> bool:
     return _steps(levels, settings, most) or _steps(widths, settings)
 
 
-def _steps(values: Floats, settings: DoubledSettings, most: float = inf) -> bool:
+def _steps(values: Floats, settings: DoubledBodySettings, most: float = inf) -> bool:
     """Tell whether values fall into two groups, each of its own level."""
     ordered = np.sort(values)
     n = len(ordered)
@@ -55,10 +55,10 @@ def _steps(values: Floats, settings: DoubledSettings, most: float = inf) -> bool
     below, above = float(np.median(ordered[:k])), float(np.median(ordered[k:]))
     if not settings.least_step_relative <= above / max(below, 1e-9) - 1 <= most:
         return False
-    scatter = (_scatter(ordered[:k], below), _scatter(ordered[k:], above))
+    scatter = (_relative_scatter(ordered[:k], below), _relative_scatter(ordered[k:], above))
     return max(scatter) < settings.most_scatter_relative
 
 
-def _scatter(values: Floats, about: float) -> float:
+def _relative_scatter(values: Floats, about: float) -> float:
     """Return the robust relative scatter of values about their median."""
     return 1.4826 * float(np.median(np.abs(values - about))) / max(about, 1e-9)

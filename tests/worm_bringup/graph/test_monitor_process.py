@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-BAG = Path(__file__).parents[2] / "bags" / "trial"
+BAG = Path(__file__).parents[3] / "bags" / "trial"
 WORM = [sys.executable, "-c", "from worm_bringup.cli.app import main; main()"]
 
 

@@ -32,12 +32,12 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
     options: list[Parameter] = []
     for name, argument in arguments.items():
-        options += _options(groups[name]) if name in groups else [argument]
+        options += _options_of_group(groups[name]) if name in groups else [argument]
     run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     return run
 
 
-def _options(group: Any) -> list[Parameter]:
+def _options_of_group(group: Any) -> list[Parameter]:
     return [
         Parameter(field.name, Parameter.KEYWORD_ONLY, default=field.default, annotation=field.type)
         for field in fields(group)

@@ -25,7 +25,7 @@ def number(limit: Limit, *names: str, help: str = "", **settings: Any) -> Any:
         Of `typer.Option`.
     """
     said = f"{help} [{limit.in_words()}]".strip()
-    return typer.Option(*names, help=said, callback=_check(limit), **settings)
+    return typer.Option(*names, help=said, callback=_checked_by(limit), **settings)
 
 
 def declared_number(declared: Declaration, panel: str) -> Any:
@@ -42,11 +42,11 @@ def numbers(help: str, /, *, rich_help_panel: str, **limits: Limit) -> Any:
         metavar=" ".join(limits),
         help=help,
         rich_help_panel=rich_help_panel,
-        callback=_check(*limits.values(), parts=tuple(limits)),
+        callback=_checked_by(*limits.values(), parts=tuple(limits)),
     )
 
 
-def _check(*limits: Limit, parts: tuple[str, ...] = ("",)) -> Callable[[Any], Any]:
+def _checked_by(*limits: Limit, parts: tuple[str, ...] = ("",)) -> Callable[[Any], Any]:
     def check(value: Any) -> Any:
         given = value if isinstance(value, list | tuple) else (value,)
         for item, limit, part in zip(given, cycle(limits), cycle(parts), strict=False):

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from typer.testing import CliRunner
 
-from worm_bringup.cli.grouped import grouped
+from worm_bringup.cli.option_groups import grouped
 
 
 @dataclass(frozen=True)

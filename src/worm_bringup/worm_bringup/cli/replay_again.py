@@ -9,7 +9,7 @@ from typing import Any
 
 from worm_analysis.parameters import AnalysisParameters
 from worm_bringup.cli.options import TRACKER_NUMBERS
-from worm_bringup.cli.usage import option_name
+from worm_bringup.cli.usage_errors import option_name
 from worm_model.inference.comparison import ModelParameters
 from worm_msgs_py.units import MM_PER_M
 from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES, TrackerParameters
@@ -68,23 +68,23 @@ def replay_command(results: Path, provenance: Mapping[str, Any], bag: Path | Non
             words += [option, f"{float(source[key]):.12g}"]
     if "salvaged" in source:
         words.append("--salvage")
-    words += _options(provenance["parameters"])
+    words += _changed_options(provenance["parameters"])
     of_rig_file = list(_of_rig_file(provenance))
     if of_rig_file:
         words += ["--rig", _RIG_FILE]
         what = "; ".join(of_rig_file)
         stands.append(f"{_RIG_FILE} stands for a parameter file with what no option gives: {what}.")
-    corrected = results if results.name.endswith("-corrected") else _corrected(results)
+    corrected = results if results.name.endswith("-corrected") else _corrected_place(results)
     words += ["--corrections", str(results), "--out", str(corrected)]
     return ReplayCommand(shlex.join(words), " ".join(stands))
 
 
-def _corrected(results: Path) -> Path:
+def _corrected_place(results: Path) -> Path:
     place = results if results.name else results.absolute()
     return place.with_name(f"{place.name}-corrected")
 
 
-def _options(parameters: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+def _changed_options(parameters: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     tracker = _changed("tracker", parameters)
     if "polarity" in tracker:
         yield from ("--polarity", str(tracker["polarity"]))

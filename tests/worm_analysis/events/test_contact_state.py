@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from worm_analysis.events.contact_state import ContactStateSettings, HiddenContact
 from worm_analysis.events.excursion_depth import ExcursionDepth, RadiusNoise
-from worm_analysis.events.hidden_contact import HiddenContact
 
 THRESHOLD, TOUCH = 1.2e-4, 0.4e-4
 RATE_HZ = 30
@@ -113,6 +113,20 @@ def test_each_frame_is_settled_once_in_order_however_the_track_is_cut(seed, leng
         start += round((length + 1) * 1e9)
     assert stamps == sorted(set(stamps))
     assert len(stamps) == sum(len(depths(seed, length)) for length in [20.0, *lengths])
+
+
+def test_frames_are_held_back_for_as_long_as_the_settings_say():
+    held_back_s = {}
+    for look_ahead_s in (0.5, 1.5):
+        sensor, settled, longest = HiddenContact(ContactStateSettings(look_ahead_s)), 0, 0
+        for k, depth in enumerate(depths(6, 30.0).tolist()):
+            stamp_ns = round(k / RATE_HZ * 1e9)
+            _, resolved = sensor.push(stamp_ns, 0.0, depth, (0.0, 0.0), THRESHOLD, in_mouth=False)
+            settled += len(resolved)
+            if settled and not resolved:
+                longest = max(longest, k + 1 - settled)
+        held_back_s[look_ahead_s] = longest / RATE_HZ
+    assert held_back_s == pytest.approx({0.5: 1.0, 1.5: 3.0}, abs=0.05)
 
 
 @pytest.mark.parametrize("shape", ["step", "half sine"])

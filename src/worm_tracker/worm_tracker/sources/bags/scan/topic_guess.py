@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from worm_tracker.sources.bags.scan.found import Topic
+from worm_tracker.sources.bags.scan.scan_result import Topic
 from worm_tracker.sources.bags.serialized_images import read_picture
 from worm_tracker.sources.image_decoder import COMPRESSED_TYPE, IMAGE_TYPE
 

@@ -8,7 +8,10 @@ that is not dark, tell as much.
 """
 
 from dataclasses import dataclass
+from functools import cache, cached_property
 from itertools import pairwise
+from math import ceil, floor
+from typing import cast
 
 import cv2
 import numpy as np
@@ -21,7 +24,7 @@ Image = cv2.typing.MatLike
 
 
 @dataclass(frozen=True, slots=True)
-class ExplainedSettings:
+class BodyResidualSettings:
     """Which pixels count as left over."""
 
     rim_widths: float = 0.12
@@ -60,6 +63,42 @@ class ExplainedSettings:
     """Darkening from which on overlaps are told by it."""
 
 
+@dataclass(frozen=True, eq=False)
+class ObjectMasks:
+    """An object that bodies are compared with; what all of them need of it is drawn once.
+
+    Attributes
+    ----------
+    mask : ndarray of uint8, shape (h, w)
+        The object, holes open; 0 or 255.
+    dark : ndarray of uint8, shape (h, w), or None
+        Where it is darker than one layer; None where overlaps are not known to be darker.
+    width : float
+        The body's, pixels.
+    settings : BodyResidualSettings
+    """
+
+    mask: Picture
+    dark: Picture | None
+    width: float
+    settings: BodyResidualSettings
+
+    @property
+    def rim(self) -> float:
+        """How near to an edge object and body need not agree, pixels."""
+        return max(self.settings.rim_widths * self.width, self.settings.least_rim_px)
+
+    @cached_property
+    def beyond(self) -> Image:
+        """Where there is no object, not even by its rim."""
+        return cv2.bitwise_not(_grown(self.mask, self.rim))
+
+    @cached_property
+    def beyond_dark(self) -> Image:
+        """Where it is not dark, not even by a rim."""
+        return cv2.bitwise_not(_grown(cast(Picture, self.dark), self.rim))
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Unexplained:
     """What does not agree, the largest connected piece of each kind, in squared widths.
@@ -74,8 +113,8 @@ class Unexplained:
         Dark places under one strand, or two strands in places that are not dark.
     agreement : float
         Intersection over union of body and object.
-    u, v : float
-        Centroid of what of the object is near the body, in the masks' coordinates.
+    near : ndarray of uint8, shape (h, w)
+        What of the object is near the body.
     wanted : ndarray of uint8, shape (h, w)
         Not zero where a part of the body is missing: objects left over, dark places under one
         strand.
@@ -85,8 +124,7 @@ class Unexplained:
     in_water: float
     overlap: float
     agreement: float
-    u: float
-    v: float
+    near: Picture
     wanted: Picture
 
     @property
@@ -94,7 +132,13 @@ class Unexplained:
         """All of it."""
         return self.left_over + self.in_water + self.overlap
 
-    def over_limits(self, width: float, settings: ExplainedSettings) -> float:
+    def centroid(self) -> complex:
+        """Return that of what of the object is near the body, u + iv in the masks' coordinates."""
+        near = cv2.moments(self.near, binaryImage=True)
+        pixels = max(near["m00"], 1.0)
+        return complex(near["m10"] / pixels, near["m01"] / pixels)
+
+    def over_limits(self, width: float, settings: BodyResidualSettings) -> float:
         """Return how many times what may be left over is, for a body of some width in pixels."""
         water = settings.most_in_water_px2 / width**2
         return max(
@@ -105,55 +149,44 @@ class Unexplained:
 
     def wants_near(self, points: Floats, distance: float) -> bool:
         """Tell whether something is missing as near as this to one of some points (n, 2)."""
-        v, u = np.nonzero(self.wanted)
-        away = np.hypot(u[:, None] - points[:, 0], v[:, None] - points[:, 1])
-        return bool((away < distance).any())
+        for u, v in points.tolist():
+            u0, v0 = max(floor(u - distance), 0), max(floor(v - distance), 0)
+            u1, v1 = max(ceil(u + distance), 0), max(ceil(v + distance), 0)
+            rows, columns = np.nonzero(self.wanted[v0 : v1 + 1, u0 : u1 + 1])
+            if (np.hypot(columns + u0 - u, rows + v0 - v) < distance).any():
+                return True
+        return False
 
 
-def unexplained(
-    mask: Picture,
-    dark: Picture | None,
-    points: Floats,
-    widths: Floats,
-    width: float,
-    settings: ExplainedSettings,
-) -> Unexplained:
+def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplained:
     """Compare a body with the object that it is to be.
 
     Parameters
     ----------
-    mask : ndarray of uint8, shape (h, w)
-        The object, holes open; 0 or 255.
-    dark : ndarray of uint8, shape (h, w), or None
-        Where it is darker than one layer; None where overlaps are not known to be darker.
+    seen : ObjectMasks
     points : ndarray, shape (n, 2)
-        The midline in the mask's coordinates.
+        The midline in the masks' coordinates.
     widths : ndarray, shape (n,)
-    width : float
-        The body's, pixels.
-    settings : ExplainedSettings
     """
-    body, twice = strands(mask.shape, points, widths, width, settings)
-    rim = max(settings.rim_widths * width, settings.least_rim_px)
-    left_over = cv2.bitwise_and(mask, cv2.bitwise_not(_grown(body, rim)))
+    mask, dark, rim = seen.mask, seen.dark, seen.rim
+    body, twice = strands(mask.shape, points, widths, seen.width, seen.settings)
+    near = _grown(body, rim)
+    left_over = cv2.bitwise_and(mask, cv2.bitwise_not(near))
     wanted = left_over
-    in_water = cv2.bitwise_and(body, cv2.bitwise_not(_grown(mask, rim)))
+    in_water = cv2.bitwise_and(body, seen.beyond)
     overlap = 0.0
     if dark is not None:
         single = cv2.bitwise_and(dark, cv2.bitwise_not(_grown(twice, 1.5 * rim)))
         wanted = cv2.bitwise_or(wanted, single)
-        pale = cv2.bitwise_and(_shrunk(twice, rim), cv2.bitwise_not(_grown(dark, rim)))
-        overlap = _largest(_shrunk(single, rim)) + _largest(pale)
-    scale = width**-2
-    near = cv2.moments(cv2.bitwise_and(mask, _grown(body, rim)), binaryImage=True)
-    pixels = max(near["m00"], 1.0)
+        pale = cv2.bitwise_and(_shrunk(twice, rim), seen.beyond_dark)
+        overlap = _largest_area(_shrunk(single, rim)) + _largest_area(pale)
+    scale = seen.width**-2
     return Unexplained(
-        _largest(_opened(left_over)) * scale,
-        _largest(_opened(in_water)) * scale,
+        _largest_area(_without_specks(left_over)) * scale,
+        _largest_area(_without_specks(in_water)) * scale,
         overlap * scale,
         cv2.countNonZero(mask & body) / max(cv2.countNonZero(mask | body), 1),
-        near["m10"] / pixels,
-        near["m01"] / pixels,
+        np.asarray(cv2.bitwise_and(mask, near), np.uint8),
         np.asarray(wanted, np.uint8),
     )
 
@@ -163,25 +196,26 @@ def strands(
     points: Floats,
     widths: Floats,
     width: float,
-    settings: ExplainedSettings,
+    settings: BodyResidualSettings,
 ) -> tuple[Picture, Picture]:
     """Draw a body; return where it is, and where two strands of it are; 0 or 255."""
     line = as_complex(points)
     tangent = np.gradient(line)
     tangent /= np.maximum(np.abs(tangent), 1e-9)
     side = 1j * tangent * np.maximum(widths, 1.0) / 2
-    left, right = (_fixed(line + sign * side) for sign in (1, -1))
+    left, right = (_fixed_point(line + sign * side) for sign in (1, -1))
     s = complex_arc_length(line)
     cuts = _cuts(line, s, width, settings)
     d = np.diff(line)
     sharp = np.abs(np.angle(d[1:] * d[:-1].conj())) > settings.kink_rad
     kinks = 1 + np.flatnonzero(sharp)
+    quads = np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
     number = np.zeros(shape, np.uint8)  # of the last piece that covers a pixel, from 2 on
     twice = np.zeros(shape, np.uint8)
     for k in range(len(cuts) - 1):
         part = slice(cuts[k], cuts[k + 1] + 1)
-        outline = np.concatenate([left[part], right[part][::-1]])
-        u, v, w, h = cv2.boundingRect(outline >> 4)
+        quads_here = quads[part.start : part.stop - 1]
+        u, v, w, h = cv2.boundingRect(quads_here.reshape(-1, 2) >> 4)
         u0, v0 = max(u - 1, 0), max(v - 1, 0)
         window = np.s_[v0 : v + h + 2, u0 : u + w + 2]
         before = number[window]
@@ -189,20 +223,19 @@ def strands(
             continue
         piece = np.zeros(before.shape, np.uint8)
         for j in kinks[(kinks >= part.start) & (kinks < part.stop)]:  # round on the outer side
-            centre = (_fixed(line[j : j + 1]) - 16 * np.array([u0, v0]))[0]
+            centre = (_fixed_point(line[j : j + 1]) - 16 * np.array([u0, v0]))[0]
             radius = round(8 * float(widths[j]))
             cv2.circle(piece, tuple(centre.tolist()), radius, 255, -1, cv2.LINE_8, 4)
-        for j in range(part.start, part.stop - 1):
-            quad = np.array([left[j], left[j + 1], right[j + 1], right[j]])
-            cv2.fillConvexPoly(piece, quad - 16 * np.array([u0, v0]), 255, cv2.LINE_8, 4)
+        for quad in quads_here - np.array([16 * u0, 16 * v0], np.int32):
+            cv2.fillConvexPoly(piece, quad, 255, cv2.LINE_8, 4)
         others = cv2.inRange(before, 1, k)  # k is that of the piece before the last one
         twice[window] |= np.asarray(cv2.bitwise_and(piece, others), np.uint8)
-        before[piece > 0] = k + 2
+        np.copyto(before, np.uint8(k + 2), where=piece.view(np.bool_))
     return np.asarray((number > 0).view(np.uint8) * 255, np.uint8), twice
 
 
 def _cuts(
-    line: NDArray[np.complex128], s: Floats, width: float, settings: ExplainedSettings
+    line: NDArray[np.complex128], s: Floats, width: float, settings: BodyResidualSettings
 ) -> NDArray[np.intp]:
     """Return the nodes at which a body is cut into pieces; each hairpin is the middle of one.
 
@@ -228,7 +261,7 @@ def _cuts(
 
 
 def dark_places(
-    signal: Picture, level: float, darkening: float, settings: ExplainedSettings
+    signal: Picture, level: float, darkening: float, settings: BodyResidualSettings
 ) -> Picture:
     """Return where a signal is that of two layers rather than of one; 0 or 255."""
     threshold = level * (1 + settings.dark_over_darkening * darkening)
@@ -236,30 +269,37 @@ def dark_places(
     return np.asarray(dark, np.uint8)
 
 
-def _fixed(line: NDArray[np.complex128]) -> NDArray[np.int32]:
+def _fixed_point(line: NDArray[np.complex128]) -> NDArray[np.int32]:
     return np.rint(16 * np.stack([line.real, line.imag], axis=1)).astype(np.int32)
 
 
-def _kernel(radius: float) -> NDArray[np.uint8]:
-    size = 2 * max(1, round(radius)) + 1
+@cache
+def _kernel(half: int) -> NDArray[np.uint8]:
+    size = 2 * half + 1
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size)), np.uint8)
 
 
 def _grown(mask: Image, radius: float) -> Image:
-    return cv2.dilate(mask, _kernel(radius))
+    return cv2.dilate(mask, _kernel(max(1, round(radius))))
 
 
 def _shrunk(mask: Image, radius: float) -> Image:
-    return cv2.erode(mask, _kernel(radius))
+    return cv2.erode(mask, _kernel(max(1, round(radius))))
 
 
-def _opened(mask: Image) -> Image:
+def _without_specks(mask: Image) -> Image:
     return cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
 
 
-def _largest(mask: Image) -> float:
+def _largest_area(mask: Image) -> float:
     """Return the area of the largest connected piece of a mask, pixels."""
-    if not cv2.countNonZero(mask):
-        return 0.0
-    _, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    return float(stats[1:, cv2.CC_STAT_AREA].max())
+    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    boxes = sorted(map(cv2.boundingRect, outlines), key=lambda box: -box[2] * box[3])
+    largest = 0.0
+    for u, v, w, h in boxes:
+        if w * h <= largest:
+            break
+        part = mask[v : v + h, u : u + w]
+        _, _, stats, _ = cv2.connectedComponentsWithStats(part, connectivity=8)
+        largest = max(largest, float(stats[1:, cv2.CC_STAT_AREA].max()))
+    return largest

@@ -29,7 +29,7 @@ from worm_model.simulator.film import encode
 from worm_model.simulator.rig import Optics
 from worm_model.simulator.rig.views import both_chambers
 
-BAGS = Path(__file__).parents[2] / "bags"
+BAGS = Path(__file__).parents[1] / "bags"
 
 
 @pytest.fixture(scope="module")
