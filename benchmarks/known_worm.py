@@ -27,6 +27,8 @@ NAMES = ("chamber_a", "chamber_b")
 IN_CHAMBER = (Where.CHAMBER_A, Where.CHAMBER_B)
 BODY_M, PAUSE_S, PASSING_S = 5e-3, 0.7, 2.5
 STROKE_S, STRETCHING_M_S = 0.4, 3e-3
+ASIDE_S = 0.2
+"""Time for which a head that touches nothing goes straight to the exit, and back from it."""
 TOUCH_M = 0.1 * WIDTH
 """R − r_h of a head at the wall."""
 
@@ -129,9 +131,14 @@ class Try:
     touching: bool = False
     elongating: bool = False
 
+    @property
+    def aside_s(self) -> float:
+        """Time before it in which the head leaves the wall, and after it."""
+        return 0.0 if self.success or self.touching else ASIDE_S
+
     def duration(self, speed: float) -> float:
-        """Return how long it takes, s."""
-        return PASSING_S if self.success else 2 * self.x_p / speed + PAUSE_S
+        """Return how long it takes until the search goes on, s."""
+        return PASSING_S if self.success else 2 * self.x_p / speed + PAUSE_S + self.aside_s
 
 
 def life(
@@ -156,7 +163,7 @@ def life(
             return
         attempt = _attempt(worm, rng, chamber, time)
         yield attempt
-        time += attempt.duration(worm.speed)
+        time = attempt.start + attempt.duration(worm.speed)
         first = attempt.success
         direction = int(rng.choice([-1, 1]))
         theta = direction * worm.half_arc * (1 + 1e-9)
@@ -199,7 +206,9 @@ def _attempt(worm, rng, chamber, time):
         reach = -np.expm1(-worm.beta * worm.deepest)
         x_p = -np.log1p(-rng.random() * reach) / worm.beta
     touching, elongating = rng.random() < worm.touching, rng.random() < worm.elongating
-    return Try(chamber, time, success, float(x_p), touching, elongating)
+    attempt = Try(chamber, time, success, float(x_p), touching, elongating)
+    attempt.start += attempt.aside_s
+    return attempt
 
 
 def film(
@@ -340,7 +349,7 @@ def _out_of_mouth(emergence, t, end):
 
 def _in_and_out(worm, attempt, t, length):
     since, way = t - attempt.start, attempt.x_p / worm.speed
-    depth = worm.speed * np.clip(np.minimum(since, 2 * way + PAUSE_S - since), 0, way)
+    depth = worm.speed * np.minimum(np.minimum(since, 2 * way + PAUSE_S - since), way)
     turn = attempt.start + way
     sign = 1 if attempt.elongating else -1
     stretching = (t > turn - STROKE_S) & (t < turn + 0.05)
@@ -351,7 +360,7 @@ def _in_and_out(worm, attempt, t, length):
     head = x + 1j * y
     centroid = np.full(len(t), R - BODY_M, dtype=complex)
     chamber = np.full(len(t), attempt.chamber)
-    return chamber, np.ones(len(t), bool), head, centroid, np.zeros(len(t))
+    return chamber, depth >= 0, head, centroid, np.zeros(len(t))
 
 
 def _through(attempt, t):

@@ -35,6 +35,17 @@ class Path:
         centroid = head - [2e-3, 0.0] if body_follows else 0.3 * head
         return self._add(head, centroid, chamber, Where.PASSAGE)
 
+    def in_and_out(self, x_p_m, y_m=0.0, step_m=1e-4):
+        """Go into the passage from before it at some distance from its axis, and back."""
+        mouth = np.sqrt(R**2 - (0.5e-3) ** 2)
+        x = np.r_[np.arange(-4e-4, x_p_m, step_m), x_p_m]
+        head = np.column_stack([mouth + np.r_[x, x[::-1]], np.full(2 * len(x), y_m)])
+        for point in head:
+            inside = np.hypot(*point) < R
+            where = Where.CHAMBER_A if inside else Where.PASSAGE
+            self._add(point[None], 0.3 * point[None], "chamber_a", where)
+        return self
+
     def lose(self, frames):
         nothing = np.full((frames, 2), np.nan)
         return self._add(nothing, nothing, "chamber_a", Where.UNKNOWN)
@@ -90,7 +101,7 @@ def test_a_withdrawal_is_a_failed_attempt_and_starts_no_new_visit():
     first, second = of(Attempt, events)
     assert first.penetration_m == pytest.approx(2.5e-3)
     assert second.penetration_m == pytest.approx(0.7e-3)
-    assert (first.success, first.complete, first.wall_contact) == (False, True, False)
+    assert (first.success, first.complete) == (False, True)
     assert first.end_ns - first.start_ns == 15 * NS // RATE_HZ
     assert len(of(Visit, events)) == 1
 
@@ -210,11 +221,34 @@ def test_skips_after_a_withdrawal_count_for_the_trial():
     assert found["n_s"].low < found["n_s"].value < found["n_s"].high
 
 
-def test_contact_with_the_walls_of_the_passage_is_told():
-    for y_m, touched in ((0.0, False), (0.45e-3, True), (-0.45e-3, True)):
-        path = Path().along(1.0, 0.2, ALONG_WALL, 30).into_exit(1e-3, 5, y_m=y_m)
-        (attempt,) = of(Attempt, path.along(0.3, 1.0, DEEP, 30).events()[0])
-        assert attempt.wall_contact is touched
+@pytest.mark.parametrize(
+    ("y_m", "step_m", "touched"),
+    [
+        (0.0, 1e-4, False),
+        (0.0, 9e-4, None),
+        (0.45e-3, 1e-4, True),
+        (-0.45e-3, 9e-4, True),
+        (0.5e-3 - THRESHOLD + 5e-6, 1e-5, None),
+        (0.5e-3 - THRESHOLD - 5e-6, 1e-5, None),
+    ],
+    ids=["slow", "fast", "at the wall", "at the wall and fast", "by a hair", "not by a hair"],
+)
+def test_contact_with_the_walls_of_the_passage_is_told_where_it_is_known(y_m, step_m, touched):
+    """A fast head may touch between two frames; what is less than half a pixel says nothing."""
+    path = Path().along(1.0, 0.2, ALONG_WALL, 30).in_and_out(1.5e-3, y_m, step_m)
+    (attempt,) = of(Attempt, path.along(0.3, 1.0, DEEP, 30).events()[0])
+    assert attempt.wall_contact is touched
+
+
+def test_a_head_that_is_lost_for_a_moment_may_have_touched():
+    path = Path().in_and_out(1.5e-3)
+    assert of(Attempt, path.events()[0])[0].wall_contact is False
+    path.head[12] = np.full((1, 2), np.nan)
+    assert of(Attempt, path.events()[0])[0].wall_contact is False, "a frame is not long enough"
+    for row in range(12, 18):
+        path.head[row] = np.full((1, 2), np.nan)
+    (attempt,) = of(Attempt, path.events()[0])
+    assert (attempt.complete, attempt.wall_contact) == (True, None)
 
 
 @pytest.mark.parametrize("phase", [StrokePhase.ELONGATION, StrokePhase.CONTRACTION])
@@ -257,7 +291,8 @@ def test_success_and_beta_need_enough_attempts_and_then_have_intervals():
     rng = np.random.default_rng(5)
     path = Path()
     for depth in 2e-5 + rng.exponential(2e-3, 60):  # beyond the circle, not only the mouth
-        path.along(0.5, 0.2, ALONG_WALL, 4).into_exit(depth, 3).along(0.2, 0.5, DEEP, 4)
+        path.along(0.5, 0.2, ALONG_WALL, 4).in_and_out(depth)
+        path.along(0.0, 0.5, DEEP, 4)
     _, found = path.events()
     assert found["success"].value == 0.0
     assert found["success"].low == 0.0

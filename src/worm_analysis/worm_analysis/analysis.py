@@ -196,7 +196,9 @@ class Analysis:
         """Take a frame with a head in the rig."""
         width_m = self._width_m()
         visit = self._position.visit
-        passages = self._position.push(state, geometry, self._parameters.contact_factor * width_m)
+        threshold_m = self._parameters.contact_factor * width_m
+        noise_m = self._search.contact.law.noise_above_bins * threshold_m
+        passages = self._position.push(state, geometry, threshold_m, noise_m)
         closed: list[ClosedEpisode] = []
         if self._position.visit != visit:
             closed += self._search.break_off()

@@ -25,6 +25,8 @@ from worm_msgs_py.units import NS_PER_S
 
 MOST_OF_RADIUS_IN_SKIP = 0.5
 """A skip is flown nearer to the wall than to the centre."""
+NOISE_IN_ERROR, PIXELS_IN_ERROR = 2.0, 0.5
+"""How far a head in the exit may be from where it is seen: deviations of the noise, or pixels."""
 _CHAMBER_OF = {Where.CHAMBER_A: CHAMBER_A, Where.CHAMBER_B: CHAMBER_B}
 
 
@@ -75,7 +77,9 @@ class RigPosition:
         """Skips of the whole trial, over the exit and over one that is w_s wide, as in the walk."""
         return self._visits.skips, self._visits.wide_skips
 
-    def push(self, state: BodyState, geometry: Geometry, threshold_m: float) -> list[Event]:
+    def push(
+        self, state: BodyState, geometry: Geometry, threshold_m: float, noise_m: float
+    ) -> list[Event]:
         """Take a frame with a head.
 
         Parameters
@@ -86,12 +90,14 @@ class RigPosition:
             The one that the state rests on.
         threshold_m : float
             The distance that counts as contact; NaN where it is not known.
+        noise_m : float
+            Standard deviation of the head's place across a wall.
         """
         stamp_ns = state.stamp_ns
         if self._goes_on(state, geometry):
             self._last_ns = stamp_ns
             self._visits.stay(stamp_ns)
-            self._attempts.keep_length(stamp_ns, state.length_m)
+            self._attempts.watch(stamp_ns, (state.head.x_m, state.head.y_m), state.length_m)
             return []
         events: list[Event] = []
         if stamp_ns - self._last_ns > self._max_gap_ns:
@@ -103,7 +109,7 @@ class RigPosition:
         if self._is_in_chamber(head_in, state, geometry):
             self._visits.locate(head_in, stamp_ns)
         if self._visits.home:
-            events += self._at_exit(state, geometry, threshold_m)
+            events += self._at_exit(state, geometry, threshold_m, noise_m)
         elif state.where is Where.PASSAGE:
             self._visits.pass_through()
         self.away = self._attempts.active or not self.home
@@ -153,7 +159,9 @@ class RigPosition:
         inside = hypot(state.head.x_m, state.head.y_m) < geometry.chamber(head_in).radius_m
         return head_in == self._visits.home or inside
 
-    def _at_exit(self, state: BodyState, geometry: Geometry, threshold_m: float) -> list[Event]:
+    def _at_exit(
+        self, state: BodyState, geometry: Geometry, threshold_m: float, noise_m: float
+    ) -> list[Event]:
         home = geometry.chamber(self._visits.home)
         if home is not self._home:
             self._home, self._corridor = home, ExitCorridor.of(home, geometry.depth_m)
@@ -166,6 +174,7 @@ class RigPosition:
             _in_frame(home, state.frame_id, state.centroid),
             state.length_m,
             threshold_m,
+            error_m=max(NOISE_IN_ERROR * noise_m, PIXELS_IN_ERROR / home.px_per_m),
             in_passage=state.where is Where.PASSAGE,
             through=_CHAMBER_OF.get(state.where, home.name) != home.name,
         )

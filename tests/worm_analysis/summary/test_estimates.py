@@ -8,12 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
-from worm_analysis.summary.direction_persistence import NotEnoughData
 from worm_analysis.summary.estimates import length as exponential_length
-from worm_analysis.summary.estimates import penetration_part, touching_share
+from worm_analysis.summary.estimates import penetration_part
 from worm_analysis.summary.resolution import excursions_for_one_told
 from worm_analysis.summary.sums import Sums
-from worm_msgs_py.intervals import exponential_mean, fraction
+from worm_msgs_py.intervals import exponential_mean
 
 NS = 10**9
 
@@ -61,40 +60,6 @@ def test_a_few_deep_excursions_say_nothing_of_the_others():
         "d_nc": np.array([[15.0, 0.0, 15.0, 0.0]]),
     }
     assert excursions_for_one_told(Sums([sums])) == 1.0
-
-
-def failures(*, touching, without, known, elongating):
-    """Return the sums of a trial's failed attempts."""
-    return {
-        "failures_without_contact": np.array([[touching + without, without]], dtype=float),
-        "touching": np.array([[without + known, elongating]], dtype=float),
-    }
-
-
-@given(st.integers(10, 400), st.integers(0, 300), st.integers(1, 20))
-def test_causes_are_the_same_whatever_part_of_the_strokes_is_known(known, without, unknown_for_one):
-    """An unknown phase does not make those that touch fewer beside those that do not."""
-    elongating = known // 3
-    touching = known * unknown_for_one
-    trial = failures(touching=touching, without=without, known=known, elongating=elongating)
-    value, low, high = touching_share("touching")(Sums([trial]))
-    assert value == pytest.approx(elongating / known * touching / (touching + without))
-    assert low <= value <= high
-    if unknown_for_one == 1:
-        n = touching + without
-        assert (value, low, high) == pytest.approx(fraction(elongating, n))
-
-
-@pytest.mark.parametrize("known", [0, 9])
-def test_causes_are_refused_where_few_strokes_are_known(known):
-    trial = failures(touching=24, without=11, known=known, elongating=0)
-    with pytest.raises(NotEnoughData, match=f"{known} failed attempts in contact with a known"):
-        touching_share("touching")(Sums([trial]))
-
-
-def test_without_a_touch_no_phase_is_needed():
-    trial = failures(touching=0, without=30, known=0, elongating=0)
-    assert touching_share("touching")(Sums([trial])) == pytest.approx(fraction(0, 30))
 
 
 def test_what_one_trial_in_five_decides_has_no_bounds():

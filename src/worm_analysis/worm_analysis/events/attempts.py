@@ -2,7 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass
-from math import nan, sqrt
+from math import dist, inf, nan, sqrt
 
 import numpy as np
 
@@ -10,14 +10,66 @@ from worm_analysis.events.exit_region import ExitCorridor
 from worm_msgs_py import Attempt, StrokePhase
 from worm_msgs_py.units import NS_PER_S
 
+Point = tuple[float, float]
+SeenHead = tuple[int, Point]
+"""A stamp in ns, and where the head is then."""
+
+
+@dataclass(slots=True)
+class _Clearance:
+    """How near the head comes to the passage's walls, in the frames and between them.
+
+    Attributes
+    ----------
+    seen_m : float
+        The least that is seen of a head in the exit.
+    mean_m : float
+        The least mean of two frames that follow each other, the one before the first among them.
+    speed_m_s, longest_s : float
+        How fast the head goes from frame to frame, and how long it is not seen, at most.
+    known : bool
+        Whether it can be told of every frame.
+    """
+
+    seen_m: float = inf
+    mean_m: float = inf
+    speed_m_s: float = 0.0
+    longest_s: float = 0.0
+    known: bool = True
+
+    def take(
+        self, before: SeenHead | None, head: SeenHead, half_width_m: float, *, inside: bool
+    ) -> None:
+        """Add a frame and the way to it."""
+        clearance_m = half_width_m - abs(head[1][1])
+        self.known &= clearance_m == clearance_m and before is not None
+        if inside:
+            self.seen_m = min(self.seen_m, clearance_m)
+        if before is not None:
+            spent_s = (head[0] - before[0]) / NS_PER_S
+            self.mean_m = min(self.mean_m, (half_width_m - abs(before[1][1]) + clearance_m) / 2)
+            self.speed_m_s = max(self.speed_m_s, dist(before[1], head[1]) / spent_s)
+            self.longest_s = max(self.longest_s, spent_s)
+
+    def touches(self, threshold_m: float, error_m: float) -> bool | None:
+        """Return whether it is contact; None where it may or may not be one.
+
+        Between two frames, a head that is no faster than from frame to frame comes nearer than the
+        mean of both by half of its way at most.
+        """
+        if self.seen_m < threshold_m - error_m:
+            return True
+        least_m = min(self.seen_m, self.mean_m - self.speed_m_s * self.longest_s / 2)
+        return False if self.known and least_m > threshold_m + error_m else None
+
 
 @dataclass(slots=True)
 class _Entry:
     chamber: str
     start_ns: int
     last_ns: int
+    clearance: _Clearance
     depth_m: float = -np.inf
-    touched: bool | None = False
     phase: StrokePhase = StrokePhase.UNKNOWN
 
 
@@ -28,7 +80,9 @@ class Attempts:
     known: when the tracker sees it in the passage). It succeeds when the centroid is in the
     corridor of the passage too, or the head in the other chamber, and fails when the head is back
     in the chamber. The centroid of a body that bends round the exit's corner leaves the circle
-    beside the passage: that is no success.
+    beside the passage: that is no success. It touches the passage's walls where a frame shows it
+    within the distance that counts as contact; that it does not is told only where it cannot have
+    come so near between two frames either.
 
     Parameters
     ----------
@@ -39,6 +93,7 @@ class Attempts:
     def __init__(self, stroke_window_s: float):
         self._window_ns = round(stroke_window_s * NS_PER_S)
         self._lengths: deque[tuple[int, float]] = deque()
+        self._head: SeenHead | None = None
         self._entry: _Entry | None = None
 
     @property
@@ -51,11 +106,12 @@ class Attempts:
         chamber: str,
         corridor: ExitCorridor,
         stamp_ns: int,
-        head_m: tuple[float, float],
-        centroid_m: tuple[float, float],
+        head_m: Point,
+        centroid_m: Point,
         length_m: float,
         threshold_m: float,
         *,
+        error_m: float,
         in_passage: bool,
         through: bool = False,
     ) -> Attempt | None:
@@ -71,56 +127,64 @@ class Attempts:
             Later than that of the last frame.
         head_m, centroid_m : (float, float)
             x, y in that chamber's frame; the centroid may be NaN.
-        length_m : float
-            Length of the body; may be NaN.
-        threshold_m : float
-            The distance that counts as contact, 0.3·d_w; NaN where it is not known.
-        in_passage : bool
-            Whether the tracker sees the head in the passage.
-        through : bool
-            Whether it sees the head in another chamber.
+        length_m, threshold_m : float
+            That of the body, and the distance that counts as contact, 0.3·d_w; NaN if not known.
+        error_m : float
+            How far the head may be from where it is seen.
+        in_passage, through : bool
+            Whether the tracker sees the head in the passage, and in another chamber.
         """
-        self.keep_length(stamp_ns, length_m)
+        before = self._head
+        self.watch(stamp_ns, head_m, length_m)
         entry = self._entry
         if entry is None:
             if not (corridor.holds(*head_m) if corridor.is_known else in_passage):
                 return None
-            entry = self._entry = _Entry(chamber, stamp_ns, stamp_ns)
+            entry = self._entry = _Entry(chamber, stamp_ns, stamp_ns, _Clearance())
         entry.last_ns = stamp_ns
         margin_m = threshold_m if threshold_m == threshold_m else 0.0
-        if corridor.is_left(*head_m, margin_m) if corridor.is_known else not in_passage:
-            return self._close(stamp_ns, success=False, complete=True)
-        self._go_deeper(entry, head_m[0] - corridor.mouth_x_m)
-        clearance_m = corridor.half_width_m - abs(head_m[1])
-        entry.touched = _touches(entry.touched, clearance_m, threshold_m)
-        if through or corridor.encloses(*centroid_m, margin_m):
-            return self._close(stamp_ns, success=True, complete=True)
-        return None
+        left = corridor.is_left(*head_m, margin_m) if corridor.is_known else not in_passage
+        entry.clearance.take(before, (stamp_ns, head_m), corridor.half_width_m, inside=not left)
+        if not left:
+            self._go_deeper(entry, head_m[0] - corridor.mouth_x_m)
+            if not (through or corridor.encloses(*centroid_m, margin_m)):
+                return None
+        touched = entry.clearance.touches(threshold_m, error_m)
+        return self._close(stamp_ns, touched, success=not left, complete=True)
 
     def cut(self) -> Attempt | None:
         """End an open attempt undecided: a gap, or the end of the track."""
         self._lengths.clear()
+        self._head = None
         if self._entry is None:
             return None
-        return self._close(self._entry.last_ns, success=False, complete=False)
+        return self._close(self._entry.last_ns, None, success=False, complete=False)
 
-    def _close(self, end_ns: int, *, success: bool, complete: bool) -> Attempt:
+    def _close(
+        self, end_ns: int, touched: bool | None, *, success: bool, complete: bool
+    ) -> Attempt:
         entry = self._entry
         assert entry is not None
         self._entry = None
+        if success:
+            self._head = None  # the next one is at another exit
         return Attempt(
             chamber=entry.chamber,
             start_ns=entry.start_ns,
             end_ns=end_ns,
             penetration_m=max(0.0, entry.depth_m),
             success=success,
-            wall_contact=entry.touched,
+            wall_contact=touched,
             stroke_phase=entry.phase,
             complete=complete,
         )
 
-    def keep_length(self, stamp_ns: int, length_m: float) -> None:
-        """Take the body's length in a frame, NaN where there is none, for the stroke's phase."""
+    def watch(self, stamp_ns: int, head_m: Point, length_m: float) -> None:
+        """Take a frame of a head in the chamber, for the way to the next one and the stroke.
+
+        The length is NaN where there is none.
+        """
+        self._head = stamp_ns, head_m
         if length_m == length_m:
             self._lengths.append((stamp_ns, length_m))
         while self._lengths and self._lengths[0][0] < stamp_ns - self._window_ns:
@@ -130,14 +194,6 @@ class Attempts:
         if depth_m > entry.depth_m:
             entry.depth_m = depth_m
             entry.phase = stroke_phase(self._lengths)
-
-
-def _touches(before: bool | None, clearance_m: float, threshold_m: float) -> bool | None:
-    """Contact once is contact; a frame in which it cannot be told leaves no plain "no"."""
-    if before or clearance_m < threshold_m:
-        return True
-    told = clearance_m == clearance_m and threshold_m == threshold_m
-    return before if told else None
 
 
 def stroke_phase(lengths: deque[tuple[int, float]]) -> StrokePhase:

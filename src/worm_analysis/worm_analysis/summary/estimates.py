@@ -19,10 +19,8 @@ from worm_analysis.statistics.goodness_of_fit import exponential_p, merged_bins
 from worm_analysis.statistics.penetration_law import Penetration, fit_penetration
 from worm_analysis.statistics.sample_correlation import pearson
 from worm_analysis.statistics.unseen_episodes import per_true_cycle
-from worm_analysis.summary.direction_persistence import NotEnoughData
 from worm_analysis.summary.resolution import corrections, head_step_m, pixel_m
 from worm_analysis.summary.sums import Sums
-from worm_analysis.wording import not_enough
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.intervals import Interval, exponential_mean, fraction, poisson_rate
 
@@ -121,44 +119,12 @@ def share(name: str) -> Estimator:
     def estimate(sums: Sums) -> Interval:
         n, successes = (round(part) for part in sums.total(name))
         half = jackknife_half_width(sums.units(name), _second_over_first)
-        return _widened(fraction(successes, n), half)
+        return widened(fraction(successes, n), half)
 
     return estimate
 
 
-def touching_share(name: str) -> Estimator:
-    """Return the estimator of the part of the failures that touch and have one phase of the stroke.
-
-    The phase of those without contact need not be known. So where it is not known of others, these
-    would be too few beside them: it is taken to be as often this one as where it is known.
-    """
-
-    def value_of(rows: Floats) -> Floats:
-        told, without, n, in_phase = rows.T
-        touching = np.nan_to_num(over(told - without, told))
-        return np.where(touching > 0, touching * over(in_phase, n - without), 0.0)
-
-    def estimate(sums: Sums) -> Interval:
-        both = [
-            np.hstack([trial["failures_without_contact"], trial[name]])
-            for trial in sums.trials
-            if name in trial
-        ]
-        units = Units(both)
-        told, without, n, _ = (round(part) for part in units.total())
-        known, touching = n - without, told - without
-        if known < min(sums.settings.minimum_n, touching):
-            items = "failed attempts in contact with a known phase of the stroke"
-            raise NotEnoughData(not_enough(known, items, sums.settings.minimum_n))
-        value = float(value_of(units.total()[None])[0])
-        worth = told * known // touching if touching else told
-        _, low, high = fraction(round(value * worth), worth)
-        return _widened((value, low, high), jackknife_half_width(units, value_of))
-
-    return estimate
-
-
-def _widened(law: Interval, half: float) -> Interval:
+def widened(law: Interval, half: float) -> Interval:
     """Return a fraction with the wider one of a law's interval and one symmetric in log odds."""
     value, low, high = law
     if isfinite(half) and 0 < value < 1:
@@ -248,7 +214,7 @@ def reversal_chance(sums: Sums) -> Interval:
     seen = (reversals / pairs, *law[1:])
     cycles = _cycles_in_one(sums)
     value, low, high = (
-        per_true_cycle(end, cycles) for end in _widened(seen, jackknife_half_width(units, value_of))
+        per_true_cycle(end, cycles) for end in widened(seen, jackknife_half_width(units, value_of))
     )
     return value, low, high
 

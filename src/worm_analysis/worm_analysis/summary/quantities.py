@@ -19,6 +19,7 @@ from worm_analysis.accumulators.bins import (
 )
 from worm_analysis.summary import direction_persistence as c_theta
 from worm_analysis.summary import estimates as by
+from worm_analysis.summary import failure_causes as causes
 from worm_analysis.summary import peaks
 from worm_analysis.summary.definition import NO_CHAMBER, NO_EXIT, Definition, first
 from worm_analysis.summary.resolution import noise_and_threshold_m
@@ -130,7 +131,7 @@ def _share_definition(
 def _touching(phase: str) -> Definition:
     name, words = f"failures_touching_in_{phase}", f"touching in {phase}"
     return Definition(
-        name, "1", words, words, PART_OF_FAILURES, name, by.touching_share(name), CAUSES
+        name, "1", words, words, PART_OF_FAILURES, name, causes.touching_share(name), CAUSES
     )
 
 
@@ -293,7 +294,12 @@ SEARCHES = (
 
 ATTEMPTS = (
     _share_definition("success", "decided attempts", meaning="passages after the head's entry"),
-    _share_definition("failures_without_contact", "failed attempts in which contact can be told"),
+    Definition(
+        "failures_without_contact", "1", "failures without contact", "failures without contact",
+        PART_OF_FAILURES, "failures_without_contact",
+        causes.share_of_told("failures_without_contact"),
+        "failed attempts in which contact can be told",
+    ),
     _share_definition("failures_in_elongation", "failed attempts with a known phase of the stroke"),
     _touching("elongation"),
     _touching("contraction"),
