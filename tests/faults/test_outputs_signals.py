@@ -20,7 +20,7 @@ LARVA = Path(__file__).parents[2] / "bags" / "larva"
 WORM = Path(sys.executable).with_name("worm")
 ENDING = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 DURING_THE_REPORT = """
-import os, sys
+import os, select, sys
 from functools import partial
 from worm_bringup import trial
 from worm_bringup.cli import main
@@ -29,6 +29,9 @@ write = trial.write_report
 
 def write_when_told(directory):
     print("writing the report", flush=True)
+    # Of two signals at once the kernel may give one to another thread, and that interrupts no read.
+    while not select.select([sys.stdin], [], [], 0.05)[0]:
+        pass
     if sys.stdin.readline() == "fail\\n":
         raise RuntimeError("no fonts")
     return write(directory)
