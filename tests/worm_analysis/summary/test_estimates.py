@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
 from worm_analysis.summary.estimates import length as exponential_length
-from worm_analysis.summary.estimates import penetration_part
+from worm_analysis.summary.estimates import penetration_part, reversal_chance
 from worm_analysis.summary.resolution import excursions_for_one_told
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.intervals import exponential_mean
@@ -70,3 +70,38 @@ def test_what_one_trial_in_five_decides_has_no_bounds():
     assert value > 0
     assert isnan(low)
     assert isnan(high)
+
+
+def cycles_seen(step_m, *, turned=0.15):
+    """Return the sums of 400 slides and hops of 2 mm, by a head that goes so far in a frame."""
+    lengths = np.array([[400.0, 0.8, 400.0, 0.8]])
+    return Sums(
+        [
+            {
+                "d_c": lengths,
+                "d_nc": lengths,
+                "advance": np.array([[1000.0, 1000 * step_m]]),
+                "reversal_per_cycle": np.array([[400.0, 400 * turned]]),
+            }
+        ]
+    )
+
+
+@given(st.floats(1e-5, 4e-4))
+def test_intervals_allow_for_hidden_episodes_to_be_none_or_twice_as_many(step_m):
+    """The longer way between frames, the more of them: without a correction, nothing is wider."""
+    sums = cycles_seen(step_m)
+    plain = exponential_length("d_c")(sums)
+    value, low, high = exponential_length("d_c", 0)(sums)
+    scale = value / plain[0]
+    assert scale < 1
+    assert (low, high) == pytest.approx((plain[1] * scale**2, plain[2]))
+
+
+@given(st.floats(1e-5, 4e-4), st.floats(0.02, 0.3))
+def test_hidden_cycles_may_be_those_in_which_the_worm_turns(step_m, turned):
+    value, _, high = reversal_chance(cycles_seen(step_m, turned=turned))
+    hidden = 1 - exponential_length("d_c", 0)(cycles_seen(step_m))[0] / 2e-3
+    assert value < turned
+    assert high >= turned * (1 - hidden) + hidden / 2
+    assert high < 0.5

@@ -161,6 +161,9 @@ def _wider_on_log_scale(law: Interval, half: float) -> Interval:
 def length(name: str, which: int | None = None, rule: str = "") -> Estimator:
     """Return the estimator of the mean of an exponential law above a limit of resolution.
 
+    What frames hide is known only as far as the law holds for short episodes too. So the interval
+    is wider by the whole correction at either end.
+
     Parameters
     ----------
     name : str
@@ -179,7 +182,8 @@ def length(name: str, which: int | None = None, rule: str = "") -> Estimator:
         half = jackknife_half_width(sums.units(name), lambda rows: over(rows[:, 1], rows[:, 0]))
         scale = 1.0 if which is None else corrections(sums, rule)[which]
         value, low, high = _wider_on_log_scale(law, half)
-        return value * scale, low * scale, high * scale
+        stretch = max(scale, 1 / scale)
+        return value * scale, low * scale / stretch, high * scale * stretch
 
     return estimate
 
@@ -188,7 +192,8 @@ def reversal_chance(sums: Sums) -> Interval:
     """Estimate the chance of a reversal per cycle of slide and hop, gaps bridged.
 
     A fold hides the change of cycle at which the worm turned: it is a pair that differs. The other
-    changes of cycle in it are left out, as likely to differ as those that are seen.
+    changes of cycle in it are left out, as likely to differ as those that are seen. The worm may
+    turn in the cycles that frames hide more than in others: the interval allows for a half of them.
     """
     units = _with_gaps(sums, "reversal_per_cycle", 5)
 
@@ -216,7 +221,8 @@ def reversal_chance(sums: Sums) -> Interval:
     value, low, high = (
         per_true_cycle(end, cycles) for end in widened(seen, jackknife_half_width(units, value_of))
     )
-    return value, low, high
+    hidden = max(1 - 1 / cycles, 0.0)
+    return value, low, high + hidden * max(0.5 - high, 0.0)
 
 
 def reversal_rate(sums: Sums) -> Interval:
