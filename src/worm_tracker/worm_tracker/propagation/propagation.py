@@ -65,8 +65,8 @@ def propagate(
         over = scene.over_limits(slid)
         sound = slid.agreement >= enough and over <= 1
         poor = slid.agreement < last.expected_agreement - settings.most_agreement_lost_unsure
-        followed = over < settings.lost_over_limits and contour_body is None
-        if sound or (followed and (over <= 1 or not poor)):  # no fit betters what explains all
+        followed = over < settings.lost_over_limits and not poor and contour_body is None
+        if sound or followed:
             return scene.in_picture(slid)
     starts = [scene.last.points]
     if before is not None:
