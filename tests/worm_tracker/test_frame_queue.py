@@ -1,5 +1,6 @@
 """Head and tail are never exchanged in silence, and an operator's word holds for good."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -182,6 +183,25 @@ def test_a_coil_that_is_only_followed_backwards_carries_the_order_on_but_tells_n
     assert coil_before_opening.observation.followed is followed
 
 
+@pytest.mark.parametrize(
+    ("away_widths", "explains", "told_frames"),
+    [
+        pytest.param(1.5, True, [0, 1, 2, 3], id="both may be right to a width"),
+        pytest.param(2.5, False, [0, 1, 2, 3], id="what was followed explains nothing"),
+        pytest.param(2.5, True, [2, 3], id="one of them is wrong"),
+    ],
+)
+def test_a_way_back_ends_where_the_body_that_was_followed_into_the_coil_lies_elsewhere(
+    away_widths, explains, told_frames
+):
+    elsewhere = midline(explains=explains)
+    elsewhere = replace(elsewhere, points=LINE + np.array([0.0, away_widths * WIDTH]))
+    queue = queue_of(coil(), coil(followed=elsewhere), coil(), midline())
+    queue.go_back(Back())
+    told = [one.state.frame for one in queue.finish() if one.state.status is Status.TRACKED]
+    assert told == told_frames
+
+
 class Back:
     """A way back that tells every coil, and counts its steps."""
 
@@ -230,10 +250,17 @@ def test_a_long_fold_is_gone_back_through_by_a_frame_with_each_new_one():
     assert {status for _, status in told} == {Status.TRACKED}
 
 
-def test_where_no_frame_can_wait_the_rest_of_the_way_is_gone_at_once():
-    told, steps = told_in_steps(["coil"] * 20 + ["open"] * 30, 1, 25)
-    assert steps == [0] * 20 + [1] * 5 + [15] + [0] * 24
+def test_a_long_way_back_is_spread_over_the_frames_that_come_before_one_cannot_wait():
+    kinds = ["coil"] * 20 + ["open"] * 30
+    told, steps = told_in_steps(kinds, 1, 25)
+    assert steps == [0] * 20 + [4] * 5 + [0] * 25
     assert {status for _, status in told} == {Status.TRACKED}
+    assert told == told_in_steps(kinds, None, 25)[0]
+
+
+def test_where_no_frame_can_wait_all_of_the_way_is_gone_at_once():
+    _, steps = told_in_steps(["coil"] * 20 + ["open"] * 3, 1, 20)
+    assert steps == [0] * 20 + [20] + [0] * 2
 
 
 def test_what_was_told_by_another_body_is_taken_back():

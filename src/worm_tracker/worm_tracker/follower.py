@@ -280,17 +280,14 @@ class Follower:
         length = length_of(found.points)
         if self._was_in_part(detection.blob, length):
             return True
-        off = abs(log(length / model.length))
-        if last is None:
-            return off < settings.most_log_length_over_known
+        known = abs(log(length / model.length)) < settings.most_log_length_over_known
+        if last is None or (self._track.bodies.is_unexplained and not known):
+            return known  # a body that did not explain its object tells nothing of its length
         stretch = abs(log(length / length_of(last)))
         most = settings.most_log_stretch_per_frame * (1 + self._track.frames_lost)
         if stretch > most and detection.occluder is None:
             return False
-        if (
-            off > settings.most_log_length_over_known
-            and stretch > settings.most_log_length_over_last
-        ):
+        if not known and stretch > settings.most_log_length_over_last:
             return False
         return not model.leaps(found.points, last, 1 + self._track.frames_lost)
 

@@ -3,7 +3,7 @@
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import inf
+from math import ceil, inf
 
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.status import Status
@@ -75,7 +75,12 @@ class _WayBack:
         while self.runs:
             observation = next(self.told[0], None) if self.runs[0].frames else None
             if observation is not None:
-                _learn_from_opening(self.runs[0].frames.pop(), observation)
+                pending = self.runs[0].frames.pop()
+                followed = pending.observation.followed
+                if followed is not None and followed.contradicts(observation):
+                    self.runs[0].frames.clear()  # one was lost, and nothing tells which
+                else:
+                    _learn_from_opening(pending, observation)
                 return True
             self.runs.popleft()
             self.told.popleft()
@@ -168,14 +173,15 @@ class FrameQueue:
         ----------
         propagate_back : callable
         most : int or None
-            Most frames to go back by now; None: all, and those that no frame can wait for.
+            Most frames to go back by now, but for what would be left over once no frame can wait
+            any longer: that is spread, too. None: all, and those that no frame can wait for.
         """
         if self._way_back is None:
             self._begin_way_back(propagate_back)
         if most is None or len(self) > self._hold_back_frames:
             self._end_way_back()
             return
-        steps = 0
+        steps, most = 0, max(most, self._least_steps())
         while self._way_back is not None and steps < most:
             if self._way_back.step():
                 steps += 1
@@ -263,6 +269,11 @@ class FrameQueue:
         self.exchanges.append(exchange)
         self._head_first = None
         return exchange
+
+    def _least_steps(self) -> int:
+        """Return by how many frames to go back with each new one to arrive while all can wait."""
+        left = sum(len(run.frames) for run in self._way_back.runs) if self._way_back else 0
+        return ceil(left / (1 + self._hold_back_frames - len(self)))
 
     def _begin_way_back(self, propagate_back: PropagateBack) -> None:
         """Begin to go back from the last frame that shows the body, where one waits."""

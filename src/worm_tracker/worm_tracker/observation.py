@@ -38,6 +38,8 @@ class Observation:
     followed : Observation or None
         Where the body was followed into a coil, but does not explain all of it: how it may lie.
         Not told, but which end is which is carried on by it.
+    explains : bool
+        Whether what its midline leaves over of the object is within limits.
     """
 
     status: Status
@@ -53,6 +55,7 @@ class Observation:
     unresolved: Detection | None = None
     kept: Detection | None = None
     followed: "Observation | None" = None
+    explains: bool = True
 
     @property
     def has_midline(self) -> bool:
@@ -63,6 +66,18 @@ class Observation:
     def seen(self) -> Detection | None:
         """What was kept of its picture, for whatever reason."""
         return self.unresolved or self.kept
+
+    def contradicts(self, other: "Observation") -> bool:
+        """Tell whether both explain a picture, but at most one is right to a width."""
+        if not (self.has_midline and other.has_midline and self.explains and other.explains):
+            return False
+        away = np.inf
+        for one in (self, self.reversed()):
+            first, last = np.maximum(one.occluded, other.occluded)
+            seen = slice(first, max(len(one.points) - last, first + 1))
+            apart = np.hypot(*(one.points[seen] - other.points[seen]).T)
+            away = min(away, float(apart.max()))
+        return away > 2 * other.width
 
     def reversed(self) -> "Observation":
         """Return the observation with its midline the other way round."""

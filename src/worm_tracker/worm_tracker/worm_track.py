@@ -35,6 +35,10 @@ class PropagatedBody:
         where they meet, rad².
     loops_known : bool
         Whether it is known which way round its loops are passed.
+    frames_unexplained : int
+        How many pictures lie between it and the last one that it explained; 0 where it explains
+        this one. It stays, whatever is explained later, where its strands may have changed places
+        meanwhile.
     """
 
     path: BodyPath
@@ -45,6 +49,7 @@ class PropagatedBody:
     over_limits: float = 0.0
     straighter: float = 0.0
     loops_known: bool = True
+    frames_unexplained: int = 0
 
     @property
     def points(self) -> Floats:
@@ -54,7 +59,7 @@ class PropagatedBody:
     @property
     def is_explained(self) -> bool:
         """Whether it explains its object, and no other body does that lies elsewhere."""
-        return self.over_limits <= 1 and self.loops_known
+        return self.over_limits <= 1 and self.loops_known and not self.frames_unexplained
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,6 +77,11 @@ class LastBodies:
     last: Floats | None = None
     before: Floats | None = None
     propagated: PropagatedBody | None = None
+
+    @property
+    def is_unexplained(self) -> bool:
+        """Whether the last one was followed, but is not known to be where the worm lay."""
+        return self.propagated is not None and self.propagated.frames_unexplained > 0
 
     def then(self, points: Floats | None, propagated: PropagatedBody | None) -> "LastBodies":
         """Return the last two pictures' midlines, one picture later."""

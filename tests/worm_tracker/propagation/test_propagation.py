@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,14 +13,20 @@ from drawn_folds import laid
 from worm_model.evaluation.distances import as_given_rms, resampled
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
+from worm_tracker.follower import Follower, FollowerSettings
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
-from worm_tracker.midline.body_residual import ObjectMasks
+from worm_tracker.midline.body_residual import ObjectMasks, Unexplained
 from worm_tracker.midline.path import BodyPath, evenly
+from worm_tracker.midline.strand_exchange import exchanged_strands
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.propagation.body_candidates import CandidateSearch, PropagationSettings
+from worm_tracker.propagation.body_candidates import (
+    Candidate,
+    CandidateSearch,
+    PropagationSettings,
+)
 from worm_tracker.propagation.propagation import observation_of
 from worm_tracker.tracker import Tracker
-from worm_tracker.worm_track import PropagatedBody
+from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
 
 
 def filmed(scene, frames, first=0, px_per_mm=20.0):
@@ -158,6 +165,71 @@ def test_a_loop_that_is_straighter_as_it_is_is_known_by_itself(was_known):
 def test_a_body_that_leaves_something_over_is_not_told_whatever_is_known_of_its_loops():
     body = PropagatedBody(kinked_loop(2.5, 15.0), 0.95, 0.95, over_limits=1.2, loops_known=True)
     assert not body.is_explained
+
+
+def candidate(path, left_over_widths2=0.0):
+    nothing = np.zeros((9, 9), np.uint8)
+    return Candidate(path, 0.95, Unexplained(left_over_widths2, 0.0, 0.0, 0.95, nothing, nothing))
+
+
+@pytest.mark.parametrize(
+    ("before", "frames", "left_over_widths2", "unexplained"),
+    [
+        pytest.param(0, 1, 0.1, 0, id="followed"),
+        pytest.param(2, 1, 0.3, 3, id="not explained yet"),
+        pytest.param(5, 1, 0.1, 0, id="explained in time"),
+        pytest.param(6, 1, 0.1, 6, id="explained too late"),
+        pytest.param(0, 6, 0.1, 0, id="sought in time"),
+        pytest.param(0, 7, 0.1, 6, id="sought too late"),
+    ],
+)
+def test_a_body_is_not_told_again_once_its_strands_had_time_to_change_places(
+    before, frames, left_over_widths2, unexplained
+):
+    path = kinked_loop(2.5, 15.0)
+    search = search_after(path, 15.0, frames, loops_known=True)
+    search = replace(search, body=replace(search.body, frames_unexplained=before))
+    left = search.frames_unexplained(candidate(path, left_over_widths2))
+    assert left == unexplained
+    assert replace(search.body, frames_unexplained=left).is_explained is (unexplained == 0)
+
+
+@pytest.mark.parametrize(
+    ("length_over_known", "unexplained", "continues"),
+    [
+        pytest.param(0.8, 0, True, id="a short body that was followed"),
+        pytest.param(0.8, 6, False, id="a body laid double"),
+        pytest.param(0.95, 6, True, id="all of the body"),
+    ],
+)
+def test_after_a_body_was_lost_a_contour_must_show_its_known_length(
+    length_over_known, unexplained, continues
+):
+    path = kinked_loop(2.5, 15.0)
+    search = search_after(path, 15.0, 1, loops_known=True)
+    track = WormTrack()
+    track.learn(replace(search.model, length=path.length / length_over_known))
+    lost = replace(search.body, frames_unexplained=unexplained)
+    track.bodies = LastBodies(path.points, path.points, lost)
+    seen = SimpleNamespace(blob=SimpleNamespace(area=200.0), occluder=None)
+    follower = Follower(track, (9, 9), FollowerSettings())
+    found = SimpleNamespace(points=path.points)
+    assert follower._continues(found, seen) is continues
+
+
+@pytest.mark.parametrize(("end_moves_widths", "is_exchanged"), [(0.5, True), (1.5, False)])
+def test_strands_are_exchanged_where_the_ends_stay(monkeypatch, end_moves_widths, is_exchanged):
+    width = 15.0
+    found = candidate(kinked_loop(2.5, width))
+    search = search_after(found.path, width, 1, loops_known=True)
+    search = replace(search, body=replace(search.body, straighter=10.0))
+    crossing, _ = exchanged_strands(found.path, width, search.settings.exchange)
+    ends_away = crossing.curve.copy()
+    ends_away[0] += end_moves_widths * width * 1j
+    slid = candidate(BodyPath(ends_away))
+    monkeypatch.setattr(CandidateSearch, "slid", lambda *_: slid)
+    told = search.exchanged(found)
+    assert np.array_equal(told.path.curve, slid.path.curve if is_exchanged else found.path.curve)
 
 
 @pytest.mark.parametrize(("longer", "status"), [(0.0, Status.FOLDED), (2.0, Status.END_HIDDEN)])

@@ -85,6 +85,8 @@ class PropagationSettings:
     open_loop_widths: float = 2.0
     """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
     cross each other unseen."""
+    most_frames_unexplained: int = 5
+    """Most pictures in a row that a body may leave unexplained and still be the one followed."""
     least_agreement_backwards: float = 0.75
     """What a body that is propagated backwards must have: nothing else supports it."""
     most_agreement_lost_backwards: float = 0.04
@@ -172,7 +174,20 @@ class CandidateSearch:
             self.over_limits(found),
             found.straighter,
             self.loops_known(found.path),
+            self.frames_unexplained(found),
         )
+
+    def frames_unexplained(self, found: Candidate) -> int:
+        """Return how many pictures lie between this one and the last that the body explained.
+
+        Strands that lie side by side are alike. After too long without an explanation either may
+        be the other, and what explains the picture again is not known to be the body that was
+        followed, until its contour shows it and goes on where that was.
+        """
+        between = self.body.frames_unexplained + self.frames - 1
+        if self.over_limits(found) > 1:
+            return between + 1
+        return 0 if between <= self.settings.most_frames_unexplained else between
 
     def loops_known(self, path: BodyPath) -> bool:
         """Tell whether it is known which way round the loops of a path are passed.
@@ -232,6 +247,8 @@ class CandidateSearch:
             return found
         if exchanged_strands(again.path, width, settings)[0] is not None:
             return found  # neither is straighter
+        if end_displacement(again.path.points, found.path.points) > width:
+            return found  # what lies between the strands is turned round, the ends stay
         return replace(again, path=replace(again.path, ways=found.path.ways))
 
     def regrown(self, found: Candidate) -> Candidate:

@@ -124,6 +124,7 @@ def observation_of(
         model.half_height_width,
         occluded=(min(first, len(body.points)), min(last, len(body.points))),
         end_sd_px=end_sd_px,
+        explains=body.over_limits <= 1,
     )
 
 
