@@ -6,13 +6,17 @@ import signal
 import subprocess
 import sys
 import time
+import zlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+import zstandard
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
 from picture_bags import START_NS, image, numbered_picture, serialised
 from rosbags.rosbag2 import Reader
 
@@ -150,3 +154,18 @@ def test_what_a_killed_recorder_leaves_is_saved_out_of_all_its_files(tmp_path):
     stamps = stamps_of(tmp_path / "saved.mcap")
     assert stamps == [frame(number).stamp_ns for number in range(len(stamps))]
     assert len(stamps) >= 60 - 30  # those that waited for the writer are gone
+
+
+def test_chunks_are_compressed_quickly(tmp_path):
+    record = LiveRecord(tmp_path / "bag", "/image_raw", RecordForm())
+    noisy = np.random.default_rng(0).normal(128.0, 3.0, (300, 400)).astype(np.uint8)
+    record.write(CapturedFrame(noisy, START_NS), serialised(image(noisy, START_NS)))
+    record.close()
+    with (tmp_path / "bag" / "bag_0.mcap").open("rb") as file:
+        records = StreamReader(file, emit_chunks=True).records
+        chunk = next(record for record in records if isinstance(record, Chunk))
+    whole = zstandard.decompress(chunk.data)
+    assert zlib.crc32(whole) == chunk.uncompressed_crc
+    quickly = zstandard.ZstdCompressionParameters.from_level(1, min_match=6)
+    assert chunk.data == zstandard.ZstdCompressor(compression_params=quickly).compress(whole)
+    assert chunk.data != zstandard.compress(whole)  # as mcap's writer does by itself

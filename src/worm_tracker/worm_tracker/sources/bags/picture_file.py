@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import mcap.writer
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
+from zstandard import ZstdCompressionParameters, ZstdCompressor
 
 from worm_msgs_py.files.record_file import RecordFile
 from worm_msgs_py.units import NS_PER_S
@@ -14,6 +16,19 @@ _INDEX_BYTES = 512
 """More than the index needs for a chunk."""
 _END_BYTES = 64 << 10
 """More than schema, statistics, footer and metadata.yaml need."""
+_QUICK = ZstdCompressionParameters.from_level(1, min_match=6)
+"""Of a megapixel with noise 3 ms and 54 % of its size, where zstd's level 3 takes 8 ms for 49 %."""
+
+
+class _QuickZstd:
+    """What mcap's writer compresses chunks with, which cannot be told a level."""
+
+    @staticmethod
+    def compress(data: bytes) -> bytes:
+        return ZstdCompressor(compression_params=_QUICK).compress(data)
+
+
+mcap.writer.zstandard = _QuickZstd
 
 
 class PictureFile:
