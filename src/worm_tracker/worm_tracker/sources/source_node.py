@@ -2,7 +2,8 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, ClassVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -23,6 +24,8 @@ from worm_msgs_py.ros.worm_node import WormNode
 
 NAME = "image_source"
 _REPORT_EVERY_S = 1.0
+_SERVE_EVERY_S = 0.02
+"""How long services and timers may wait between pictures: to look for them takes 0.5 ms."""
 
 
 class SourceNode(WormNode):
@@ -199,7 +202,8 @@ def drain(
 
     Delivery within a process is synchronous with `publish`, so afterwards everything that follows
     from what was published has happened. (Stopping at the first time that nothing is ready leaves
-    a chain of nodes a frame or two behind.)
+    a chain of nodes a frame or two behind.) Messages are taken past the executor while there are
+    any (`WormNode.take_messages`); it then runs what else is ready: timers, services.
 
     Parameters
     ----------
@@ -212,24 +216,47 @@ def drain(
     """
     idle = False
     while not idle:
+        take_all_messages(executor, spent_s, watch)
         idle = True
         try:
             while True:
                 handler, _, node = executor.wait_for_ready_callbacks(timeout_sec=0)
                 idle = False
-                began_s = time.perf_counter()
-                if watch is not None:
-                    watch.enter("" if node is None else node.get_name())
-                handler()
-                if watch is not None:
-                    watch.leave()
+                name = "" if node is None else node.get_name()
+                with _noted(name, spent_s, watch):
+                    handler()
                 if handler.exception() is not None:
                     raise handler.exception()
-                if spent_s is not None and node is not None:
-                    name = node.get_name()
-                    spent_s[name] = spent_s.get(name, 0.0) + time.perf_counter() - began_s
         except TimeoutException:
             pass
+
+
+def take_all_messages(
+    executor: Executor, spent_s: dict[str, float] | None = None, watch: Watch | None = None
+) -> None:
+    """Let nodes take messages until there is none, one of each topic at a time; as `drain`."""
+    nodes = [node for node in executor.get_nodes() if isinstance(node, WormNode)]
+    any_taken = True
+    while any_taken:
+        any_taken = False
+        for node in nodes:
+            with _noted(node.get_name(), spent_s, watch):
+                any_taken |= node.take_messages()
+
+
+@contextmanager
+def _noted(name: str, spent_s: dict[str, float] | None, watch: Watch | None) -> Iterator[None]:
+    """Note that a node is at work, and how long it has been."""
+    began_s = time.perf_counter()
+    if watch is not None:
+        watch.enter(name)
+    try:
+        yield
+    finally:
+        if watch is not None:
+            watch.leave()
+        if spent_s is not None and name:
+            spent_s[name] = spent_s.get(name, 0.0) + time.perf_counter() - began_s
 
 
 def spin_source(
@@ -250,7 +277,7 @@ def spin_source(
     heed_window : bool
         Send only while the window is open. In one process draining is the stronger promise.
     spent_s, watch
-        As for `drain`.
+        As for `drain`. Messages are taken after every picture, services and timers served at times.
 
     Returns
     -------
@@ -258,6 +285,7 @@ def spin_source(
         Whether the source came to its end.
     """
     source.begin()
+    served_s = -float("inf")
     while keep_on():
         source.report()
         wait_s = source.wait_s()
@@ -269,18 +297,17 @@ def spin_source(
             executor.spin_once(timeout_sec=min(wait_s, TICK_S))
             if watch is not None:
                 watch.leave()
+            served_s = time.monotonic()
         else:
-            began_s = time.perf_counter()
-            if watch is not None:
-                watch.enter(NAME)
-            more = source.publish_next()
-            if watch is not None:
-                watch.leave()
-            if spent_s is not None:
-                spent_s[NAME] = spent_s.get(NAME, 0.0) + time.perf_counter() - began_s
+            with _noted(NAME, spent_s, watch):
+                more = source.publish_next()
             if not more:
                 return True
-        drain(executor, spent_s, watch)
+        if time.monotonic() - served_s > _SERVE_EVERY_S:
+            drain(executor, spent_s, watch)
+            served_s = time.monotonic()
+        else:
+            take_all_messages(executor, spent_s, watch)
     return False
 
 
