@@ -34,7 +34,18 @@ def open_capture(address: str, kind: Kind, stall_s: float) -> Any | None:
             int(stall_s * 1000),
         ]
         capture = cv2.VideoCapture(address, cv2.CAP_FFMPEG, timeouts)
-    return capture if capture.isOpened() else None
+    if not capture.isOpened():
+        return None
+    if _is_grey_jpeg(capture):
+        capture.set(cv2.CAP_PROP_CONVERT_RGB, 0)  # 1.4 ms a megapixel for the same levels thrice
+    return capture
+
+
+def _is_grey_jpeg(capture: Any) -> bool:
+    """Tell whether pictures are grey as they come: of JPEG alone such levels are from 0 to 255."""
+    asked = (cv2.CAP_PROP_FOURCC, cv2.CAP_PROP_CODEC_PIXEL_FORMAT)
+    codec, pixels = (int(capture.get(what)).to_bytes(8, "little", signed=True) for what in asked)
+    return codec[:4] == b"MJPG" and pixels[:4] in (b"Y800", b"GREY")
 
 
 def grey(picture: NDArray[Any]) -> NDArray[np.uint8]:
