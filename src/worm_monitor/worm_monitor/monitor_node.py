@@ -53,8 +53,14 @@ class MonitorNode(WormNode):
     ------
     BadInput
         Where a parameter is out of range, or the port is taken.
+
+    Attributes
+    ----------
+    pause_s : float
+        How long its process may let messages lie: it wakes up for several, not for each.
     """
 
+    pause_s = 0.03
     PARAMETERS = (
         Declaration("host", LOOPBACK, "Address that the page is served on."),
         Declaration(

@@ -36,7 +36,7 @@ from worm_bringup.freed_memory import keep_freed_memory, lasting_objects_left_al
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_msgs_py.errors import BAD_INPUT, BadInput
 from worm_msgs_py.ros.running import TICK_S
-from worm_tracker.sources.source_node import SourceNode, spin_source, until_stopped
+from worm_tracker.sources.source_node import SourceNode, drain, spin_source, until_stopped
 
 MATCH_TIMEOUT_S = 20.0
 _HOUSEKEEPING = ("/rosout", "/parameter_events", "/diagnostics")
@@ -155,13 +155,17 @@ def _work(executor: SingleThreadedExecutor, node: Node, parent: ParentPipes) -> 
     if isinstance(node, SourceNode):
         spin_source(executor, node, keep_on, heed_window=True)
         parent.say(progress=[node.sent, node.expected], ended_early=node.ended_early)
-    done = False
+    done, pause_s = False, getattr(node, "pause_s", 0.0)
     while not parent.must_end.is_set():
         parent.beat()
         if not done and getattr(node, "done", False):
             parent.say(done=True)
             done = True
-        executor.spin_once(timeout_sec=TICK_S)
+        if pause_s:
+            parent.must_end.wait(pause_s)
+            drain(executor)
+        else:
+            executor.spin_once(timeout_sec=TICK_S)
     if not getattr(node, "done", True):
         parent.say(late=getattr(node, "missing", "") or f"{node.get_name()} has not ended")
 
