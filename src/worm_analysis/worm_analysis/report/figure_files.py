@@ -29,16 +29,12 @@ def drawn_panels(panels: Iterable[Any], folder: Path, provenance: Mapping[str, A
         ``software``, ``version`` and ``trials``, each with its ``source``: told in each file, whose
         bytes depend on the data alone.
     """
-    from worm_analysis.report.theme import style, to_svg
+    from worm_analysis.report.theme import style
 
-    found = []
+    found: list[Drawn] = []
     with style():
         for panel in panels:
-            svg = Markup(to_svg(panel.figure, panel.key, panel.alt)) if panel.figure else ""
-            if panel.figure is not None:
-                # It has found its layout: with an engine it would be drawn once more for each file.
-                panel.figure.set_layout_engine(None)
-                _write_formats(panel, folder, provenance)
+            svg = Markup(_written(panel, folder, provenance) if panel.figure else "")
             found.append((panel, svg))
     drawn = {panel.key for panel, svg in found if svg}
     for old in (*folder.glob("fig-*.svg"), *folder.glob("fig-*.pdf")):
@@ -47,18 +43,22 @@ def drawn_panels(panels: Iterable[Any], folder: Path, provenance: Mapping[str, A
     return found
 
 
-def _write_formats(panel: Any, folder: Path, provenance: Mapping[str, Any]) -> None:
+def _written(panel: Any, folder: Path, provenance: Mapping[str, Any]) -> str:
+    """Write a panel's figure as SVG and PDF; return it as SVG for the page."""
+    from worm_analysis.report.theme import drawn_svg, for_page, on_white
+
     folder.mkdir(exist_ok=True)
     made_by = f"{provenance.get('software') or ''} {provenance.get('version') or ''}".strip()
     sources = "; ".join(_source_in_words(trial) for trial in provenance["trials"])
-    said = f"{panel.n}. {panel.alt} Trials: {sources}".replace("\u00a0", " ")
+    said = printable(f"{panel.n}. {panel.alt} Trials: {sources}".replace("\u00a0", " "))
     about = {"Title": panel.title, "Creator": printable(made_by)}
-    for kind, more in (
-        ("svg", {"Description": printable(said), "Date": None}),
-        ("pdf", {"Subject": printable(said), "CreationDate": None}),
-    ):
-        with whole_file(folder / f"{panel.key}.{kind}") as unfinished:
-            panel.figure.savefig(unfinished, format=kind, metadata=about | more)
+    svg = drawn_svg(panel.figure, about | {"Description": said})
+    with whole_file(folder / f"{panel.key}.svg") as unfinished:
+        unfinished.write_text(on_white(svg), encoding="utf-8", newline="\n")
+    more = {"Subject": said, "CreationDate": None}
+    with whole_file(folder / f"{panel.key}.pdf") as unfinished:
+        panel.figure.savefig(unfinished, format="pdf", metadata=about | more)
+    return for_page(svg, panel.figure, panel.key, panel.alt)
 
 
 def _source_in_words(trial: Mapping[str, Any]) -> str:
@@ -81,7 +81,8 @@ def write_tables(panel: Any, folder: Path) -> None:
     folder.mkdir(exist_ok=True)
     for name, columns in panel.tables.items():
         if columns:
-            write_csv(folder / f"{'-'.join(filter(None, (panel.key, name)))}.csv", columns)
+            stem = "-".join(filter(None, (panel.key, name))).replace(".", "-")
+            write_csv(folder / f"{stem}.csv", columns)
 
 
 def write_csv(path: Path, columns: Mapping[str, Any]) -> None:

@@ -1,10 +1,12 @@
 """The look of every figure: one type size, colours that the colour-blind can tell apart, SVG."""
 
 import re
+from collections.abc import Mapping
 from io import StringIO
 from typing import Any
 
 import matplotlib as mpl
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from worm_msgs_py.colours import CENTROID_COLOUR as CENTROID_COLOUR
@@ -89,13 +91,42 @@ def say_n(axes: Any, text: str, *, x: float = 0.97, y: float = 0.96) -> None:
     )
 
 
-def to_svg(figure: Figure, key: str, alt: str) -> str:
-    """Return the figure as an SVG element to be put into HTML.
+def drawn_svg(figure: Figure, about: Mapping[str, str]) -> str:
+    """Draw a figure, made within `style`, as an SVG document without a ground.
 
     Parameters
     ----------
     figure : Figure
-        Made within `style`.
+        It finds its layout here, once for all files: with an engine it would be drawn once more
+        for each.
+    about : mapping
+        What the document says of itself.
+    """
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        FigureCanvasSVG(figure)
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+    stream = StringIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None, **about}, transparent=True)
+    return stream.getvalue()
+
+
+def on_white(svg: str) -> str:
+    """Return an SVG document with a white ground."""
+    first, body = svg.split("<defs>", 1)
+    return f'{first}<rect width="100%" height="100%" fill="#ffffff"/>\n <defs>{body}'
+
+
+def for_page(svg: str, figure: Figure, key: str, alt: str) -> str:
+    """Return a drawn figure as an SVG element to be put into HTML.
+
+    Parameters
+    ----------
+    svg : str
+        From `drawn_svg`.
+    figure : Figure
+        The same.
     key : str
         Put before every id: several figures share a page.
     alt : str
@@ -106,15 +137,12 @@ def to_svg(figure: Figure, key: str, alt: str) -> str:
     str
         ``<svg …>…</svg>``, without any address; the same bytes for the same figure.
     """
-    stream = StringIO()
-    metadata = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-    figure.savefig(stream, format="svg", metadata=metadata, transparent=True)
-    svg = stream.getvalue()
     view_box = re.search(r'viewBox="([^"]+)"', svg)
     body = svg[svg.index(">", svg.index("<svg")) + 1 :]
     assert view_box is not None
     # The document's own style would reach the whole page, the addresses are those of standards.
     body = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", body, count=1, flags=re.DOTALL)
+    body = re.sub(r"<title>.*?</title>", "", body, count=1, flags=re.DOTALL)  # a tip on hovering
     body = re.sub(r"<metadata>.*?</metadata>|<!--.*?-->", "", body, flags=re.DOTALL)
     body = re.sub(r"\n\s*", "\n", body).replace("xlink:href", "href")
     body = re.sub(r'\bid="([^"]+)"', rf'id="{key}-\1"', body)
