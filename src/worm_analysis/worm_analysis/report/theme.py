@@ -58,6 +58,7 @@ _STYLE = {
     "legend.handlelength": 1.6,
     "axes.unicode_minus": True,
     "axes.axisbelow": True,
+    "axes.titley": 1.0,
     "path.simplify": True,
     "path.simplify_threshold": 0.2,
     "svg.fonttype": "path",
