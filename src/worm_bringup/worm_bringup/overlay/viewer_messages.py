@@ -159,6 +159,7 @@ def _text(text: str, time: Any) -> Any:
     )
 
 
+@lru_cache(maxsize=64)
 def _colour(ink: Ink) -> Any:
     red, green, blue = (part / 255 for part in bytes.fromhex(ink.colour[1:]))
     return _COLOR(r=red, g=green, b=blue, a=ink.opacity)

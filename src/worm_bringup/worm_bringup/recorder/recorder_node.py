@@ -233,7 +233,7 @@ class RecorderNode(WormNode):
             if self._recording.rows % _TRIM_EVERY_FRAMES == 0:  # a message ends one row at most
                 give_back_freed_memory()
         self._into_bag(topic, self._stamp_ns, data)
-        if self._recording.waiting:
+        if reader is not None and self._recording.waiting:
             self._make_room(self._recording.commit)
         if self.journal is not None:
             self.journal.append((topic, data))

@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Callable
-from contextlib import suppress
 from operator import attrgetter
 from typing import Any, ClassVar, TypeVar
 
@@ -209,9 +208,12 @@ class WormNode(Node):
         """
         any_taken = False
         for subscription, on_message in tuple(self._heard):
-            taken = None
-            with suppress(InvalidHandle), subscription.handle:  # destroyed by one before it
-                taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+            handle = subscription.handle
+            try:
+                with handle:
+                    taken = handle.take_message(subscription.msg_type, subscription.raw)
+            except InvalidHandle:  # a callback before this one has destroyed it
+                continue
             if taken is not None:
                 any_taken = True
                 on_message(*taken)
