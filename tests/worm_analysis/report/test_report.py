@@ -150,6 +150,18 @@ def test_each_drawn_figure_is_there_as_svg_and_pdf_that_says_its_source(whole, p
         assert (whole / "figures" / f"{key}.pdf").read_bytes().startswith(b"%PDF")
 
 
+def test_a_figure_is_on_white_in_its_file_and_on_the_pages_ground_there(whole, page):
+    ground = '<rect width="100%" height="100%" fill="#ffffff"/>'
+    svg = (whole / "figures" / "fig-1d.svg").read_text(encoding="utf-8")
+    assert svg.count(ground) == 1
+    assert svg.index(ground) < svg.index("<path")  # below all that is drawn
+    assert "<title>" in svg
+    drawn = figure(page, "fig-1d")
+    assert "path" in drawn
+    assert "100%" not in drawn
+    assert "<title>" not in drawn
+
+
 def test_the_report_is_imported_without_the_plotting_library():
     code = "import sys, worm_analysis.report; sys.exit('matplotlib' in sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -34,7 +34,7 @@ def drawn_panels(panels: Iterable[Any], folder: Path, provenance: Mapping[str, A
     found: list[Drawn] = []
     with style():
         for panel in panels:
-            svg = Markup(_written(panel, folder, provenance) if panel.figure else "")
+            svg = Markup(_write_figure(panel, folder, provenance) if panel.figure else "")
             found.append((panel, svg))
     drawn = {panel.key for panel, svg in found if svg}
     for old in (*folder.glob("fig-*.svg"), *folder.glob("fig-*.pdf")):
@@ -43,7 +43,7 @@ def drawn_panels(panels: Iterable[Any], folder: Path, provenance: Mapping[str, A
     return found
 
 
-def _written(panel: Any, folder: Path, provenance: Mapping[str, Any]) -> str:
+def _write_figure(panel: Any, folder: Path, provenance: Mapping[str, Any]) -> str:
     """Write a panel's figure as SVG and PDF; return it as SVG for the page."""
     from worm_analysis.report.theme import drawn_svg, for_page, on_white
 

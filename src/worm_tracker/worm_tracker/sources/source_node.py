@@ -223,7 +223,7 @@ def drain(
                 handler, _, node = executor.wait_for_ready_callbacks(timeout_sec=0)
                 idle = False
                 name = "" if node is None else node.get_name()
-                with _noted(name, spent_s, watch):
+                with _at_work(name, spent_s, watch):
                     handler()
                 if handler.exception() is not None:
                     raise handler.exception()
@@ -240,12 +240,12 @@ def take_all_messages(
     while any_taken:
         any_taken = False
         for node in nodes:
-            with _noted(node.get_name(), spent_s, watch):
+            with _at_work(node.get_name(), spent_s, watch):
                 any_taken |= node.take_messages()
 
 
 @contextmanager
-def _noted(name: str, spent_s: dict[str, float] | None, watch: Watch | None) -> Iterator[None]:
+def _at_work(name: str, spent_s: dict[str, float] | None, watch: Watch | None) -> Iterator[None]:
     """Note that a node is at work, and how long it has been."""
     began_s = time.perf_counter()
     if watch is not None:
@@ -294,14 +294,11 @@ def spin_source(
         if wait_s <= 0.0 and heed_window and not source.window_is_open:
             wait_s = TICK_S  # a counter that comes in ends the wait
         if wait_s > 0.0:
-            if watch is not None:
-                watch.enter("")  # whichever is called; the traceback says
-            executor.spin_once(timeout_sec=min(wait_s, TICK_S))
-            if watch is not None:
-                watch.leave()
+            with _at_work("", None, watch):  # whichever is called; the traceback says
+                executor.spin_once(timeout_sec=min(wait_s, TICK_S))
             served_s = time.monotonic()
         else:
-            with _noted(NAME, spent_s, watch):
+            with _at_work(NAME, spent_s, watch):
                 more = source.publish_next()
             if not more:
                 return True
