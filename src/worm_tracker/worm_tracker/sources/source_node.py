@@ -202,8 +202,7 @@ def drain(
 
     Delivery within a process is synchronous with `publish`, so afterwards everything that follows
     from what was published has happened. (Stopping at the first time that nothing is ready leaves
-    a chain of nodes a frame or two behind.) Messages are taken past the executor while there are
-    any (`WormNode.take_messages`); it then runs what else is ready: timers, services.
+    a chain of nodes a frame or two behind.)
 
     Parameters
     ----------
@@ -216,7 +215,6 @@ def drain(
     """
     idle = False
     while not idle:
-        take_all_messages(executor, spent_s, watch)
         idle = True
         try:
             while True:
@@ -277,7 +275,8 @@ def spin_source(
     heed_window : bool
         Send only while the window is open. In one process draining is the stronger promise.
     spent_s, watch
-        As for `drain`. Messages are taken after every picture, services and timers served at times.
+        As for `drain`. Of an endless source messages are taken past the executor each time,
+        and services and timers served at times.
 
     Returns
     -------
@@ -286,6 +285,7 @@ def spin_source(
     """
     source.begin()
     ours_alone = all(isinstance(node, WormNode) for node in executor.get_nodes())
+    ours_alone = ours_alone and source.endless  # a replay's bag keeps the order that it had
     serve_every_s = _SERVE_EVERY_S if ours_alone else 0.0  # others' messages come by an executor
     served_s = -float("inf")
     while keep_on():
