@@ -284,9 +284,7 @@ def spin_source(
         Whether the source came to its end.
     """
     source.begin()
-    ours_alone = all(isinstance(node, WormNode) for node in executor.get_nodes())
-    ours_alone = ours_alone and source.endless  # a replay's bag keeps the order that it had
-    serve_every_s = _SERVE_EVERY_S if ours_alone else 0.0  # others' messages come by an executor
+    serve_every_s = _serve_every_s(executor, source)
     served_s = -float("inf")
     while keep_on():
         source.report()
@@ -308,6 +306,15 @@ def spin_source(
         else:
             take_all_messages(executor, spent_s, watch)
     return False
+
+
+def _serve_every_s(executor: Executor, source: SourceNode) -> float:
+    """Return how long an executor may wait between pictures; 0: all goes through it.
+
+    A replay's bag keeps the order that it had, and others' nodes get messages by an executor alone.
+    """
+    ours_alone = all(isinstance(node, WormNode) for node in executor.get_nodes())
+    return _SERVE_EVERY_S if ours_alone and source.endless else 0.0
 
 
 def until_stopped(source: SourceNode, stop: threading.Event) -> Callable[[], bool]:
