@@ -213,7 +213,12 @@ class CameraNode(SourceNode):
     def wait_s(self) -> float:
         """Return 0 where there is a picture, or the end, to send; infinity otherwise."""
         self._say_outage(self._camera.outage)
-        return 0.0 if self._camera.waiting or self._camera.ended else math.inf
+        return 0.0 if self.picture_waits or self._camera.ended else math.inf
+
+    @property
+    def picture_waits(self) -> bool:
+        """Whether a picture is there that was not sent."""
+        return bool(self._camera.waiting)
 
     def publish_next(self) -> bool:
         """Publish the next picture; at the end say so and return False."""

@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import count
 from typing import Any, ClassVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -130,6 +131,11 @@ class SourceNode(WormNode):
         raise NotImplementedError
 
     @property
+    def picture_waits(self) -> bool:
+        """Whether one is late already: what follows from earlier ones may be done after it."""
+        return False
+
+    @property
     def is_watched(self) -> bool:
         """Whether somebody subscribes to the pictures."""
         raise NotImplementedError
@@ -196,9 +202,12 @@ class SourceNode(WormNode):
 
 
 def drain(
-    executor: Executor, spent_s: dict[str, float] | None = None, watch: Watch | None = None
+    executor: Executor,
+    spent_s: dict[str, float] | None = None,
+    watch: Watch | None = None,
+    enough: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Run callbacks until a *whole pass* over all nodes finds none ready.
+    """Run callbacks until a *whole pass* over all nodes finds none ready, or it is enough.
 
     Delivery within a process is synchronous with `publish`, so afterwards everything that follows
     from what was published has happened. (Stopping at the first time that nothing is ready leaves
@@ -212,6 +221,8 @@ def drain(
         Seconds spent in the callbacks of each node, by name; added to.
     watch : Watch, optional
         Told of every callback.
+    enough : callable, optional
+        Asked after every callback; what is left is ready the next time.
     """
     idle = False
     while not idle:
@@ -225,21 +236,31 @@ def drain(
                     handler()
                 if handler.exception() is not None:
                     raise handler.exception()
+                if enough():
+                    return
         except TimeoutException:
             pass
 
 
-def take_all_messages(
-    executor: Executor, spent_s: dict[str, float] | None = None, watch: Watch | None = None
+def take_messages(
+    executor: Executor,
+    spent_s: dict[str, float] | None = None,
+    watch: Watch | None = None,
+    enough: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Let nodes take messages until there is none, one of each topic at a time; as `drain`."""
+    """Let nodes take messages until there is none, one of each topic at a time; as `drain`.
+
+    It is asked whether that is enough after every second round, so that a topic of one message a
+    picture does not fall behind where it always is.
+    """
     nodes = [node for node in executor.get_nodes() if isinstance(node, WormNode)]
-    any_taken = True
-    while any_taken:
+    for rounds in count(1):
         any_taken = False
         for node in nodes:
             with _at_work(node.get_name(), spent_s, watch):
                 any_taken |= node.take_messages()
+        if not any_taken or (rounds % 2 == 0 and enough()):
+            return
 
 
 @contextmanager
@@ -268,6 +289,9 @@ def spin_source(
 ) -> bool:
     """Publish every picture as it falls due and may be sent; between them run the callbacks.
 
+    A camera's picture does not wait for all that follows from earlier ones: where the tracker gives
+    hundreds of states at once, which it held back, they are analysed and recorded as time allows.
+
     Parameters
     ----------
     keep_on : callable
@@ -284,8 +308,7 @@ def spin_source(
         Whether the source came to its end.
     """
     source.begin()
-    serve_every_s = _serve_every_s(executor, source)
-    served_s = -float("inf")
+    serve = _between_pictures(executor, source, spent_s, watch)
     while keep_on():
         source.report()
         wait_s = source.wait_s()
@@ -294,27 +317,39 @@ def spin_source(
         if wait_s > 0.0:
             with _at_work("", None, watch):  # whichever is called; the traceback says
                 executor.spin_once(timeout_sec=min(wait_s, TICK_S))
-            served_s = time.monotonic()
         else:
             with _at_work(NAME, spent_s, watch):
                 more = source.publish_next()
             if not more:
                 return True
-        if time.monotonic() - served_s >= serve_every_s:
-            drain(executor, spent_s, watch)
-            served_s = time.monotonic()
-        else:
-            take_all_messages(executor, spent_s, watch)
+        serve()
     return False
 
 
-def _serve_every_s(executor: Executor, source: SourceNode) -> float:
-    """Return how long an executor may wait between pictures; 0: all goes through it.
+def _between_pictures(
+    executor: Executor, source: SourceNode, spent_s: dict[str, float] | None, watch: Watch | None
+) -> Callable[[], None]:
+    """Return what lets all nodes go on after a picture, or after a wait.
 
-    A replay's bag keeps the order that it had, and others' nodes get messages by an executor alone.
+    A replay's bag keeps the order that it had, and others' nodes get messages by an executor alone:
+    there all is done each time.
     """
     ours_alone = all(isinstance(node, WormNode) for node in executor.get_nodes())
-    return _SERVE_EVERY_S if ours_alone and source.endless else 0.0
+    if not (ours_alone and source.endless):
+        return lambda: drain(executor, spent_s, watch)
+    served_s = -float("inf")
+
+    def picture_waits() -> bool:
+        return source.picture_waits
+
+    def serve() -> None:
+        nonlocal served_s
+        if time.monotonic() - served_s >= _SERVE_EVERY_S:
+            drain(executor, spent_s, watch, picture_waits)
+            served_s = time.monotonic()
+        take_messages(executor, spent_s, watch, picture_waits)
+
+    return serve
 
 
 def until_stopped(source: SourceNode, stop: threading.Event) -> Callable[[], bool]:
