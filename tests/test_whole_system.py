@@ -3,6 +3,8 @@
 import pytest
 from benchmarks.whole_system import holds, trial
 
+pytestmark = pytest.mark.xdist_group("whole system")  # what they share is made once
+
 WITH_DATA = ("contact_fraction", "d_c", "d_nc", "delta_r_h", "reversal_per_cycle", "v_b")
 """What a minute tells; `python -m benchmarks.whole_system` has many trials of ten."""
 

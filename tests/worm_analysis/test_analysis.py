@@ -31,6 +31,8 @@ from worm_msgs_py import (
     Where,
 )
 
+pytestmark = pytest.mark.xdist_group("known walks")  # what they share is made once
+
 NS = 10**9
 CLOSED = replace(
     GEOMETRY,

@@ -16,6 +16,8 @@ from worm_analysis.results import read_results
 from worm_analysis.statistics import block_jackknife
 from worm_msgs_py.errors import ReportError
 
+pytestmark = pytest.mark.xdist_group("pool")  # what they share is made once
+
 WIDTHS = (1.0, 1.0, 1.0, 3.0, 3.0, 3.0)
 DURATIONS_S = (500.0, 200.0, 300.0, 500.0, 300.0, 200.0)
 

@@ -16,6 +16,8 @@ from worm_bringup.cli.app import app
 from worm_msgs_py.ros.network import Reach, dds_settings
 from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES
 
+pytestmark = pytest.mark.xdist_group("options of a rig")  # what they share is made once
+
 LARVA = Path(__file__).parents[3] / "bags" / "larva"
 RIG = """
 /**:

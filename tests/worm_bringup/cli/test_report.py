@@ -15,6 +15,8 @@ from escaping_worm import Worm
 from worm_analysis.report.symbols import html_symbol
 from worm_bringup.cli.app import main
 
+pytestmark = pytest.mark.xdist_group("pooled report")  # what they share is made once
+
 FIGURES = [
     "fig-1d", "fig-1e", "fig-2", "fig-3", "fig-4a", "fig-4b", "fig-4c", "fig-5", "fig-6a",
     "fig-6b", "fig-7a", "fig-7b", "fig-8", "fig-9",
