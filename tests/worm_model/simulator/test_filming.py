@@ -85,6 +85,17 @@ def test_an_open_shutter_smears_the_worm_across_its_way_and_keeps_its_light():
     assert (absorbed[1] > 5).sum() > 1.1 * (absorbed[0] > 5).sum()
 
 
+def test_a_worm_that_moves_far_in_an_exposure_leaves_an_even_trace():
+    across = np.stack([np.zeros(41), np.linspace(8.0, -8.0, 41)], axis=1)
+    lines = [across + np.array([2.5 * step, 0.0]) for step in (-1, 0, 1)]
+    smeared = list(film(lines, RIG, replace(PLAIN, exposure_s=0.1)))[1]
+    u, v = RIG.chambers[0].to_pixels(0.0, 0.0)
+    trace = empty()[round(v)].astype(float) - smeared.picture[round(v)]
+    inner = trace[round(u) - 14 : round(u) + 15]
+    assert inner.min() > 10.0
+    assert inner.max() - inner.min() < 4.0
+
+
 def test_shot_noise_grows_with_the_light():
     rig = replace(RIG, optics=replace(RIG.optics, noise=1.0, shot_noise=0.05))
     noisy = one(arc(), rig).picture.astype(float) - one(arc()).picture

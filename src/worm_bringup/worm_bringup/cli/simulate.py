@@ -18,6 +18,7 @@ from worm_bringup.cli.option_groups import grouped
 from worm_bringup.cli.progress import progress_bar
 from worm_bringup.cli.simulation_options import FilmOptions, Model, WormOptions
 from worm_bringup.cli.terminal import say
+from worm_bringup.freed_memory import keep_freed_memory
 from worm_bringup.graph.in_process import Progress
 from worm_bringup.outputs.results_directory import check_out, results_directory
 from worm_bringup.rig.rig_file import read_rig
@@ -98,6 +99,7 @@ def simulate(
     if model is Model.FILAMENT:
         worm.refuse_walk_options()
     _refuse_huge(out, trials * frames, ROW_BYTES if tracks_only else FRAME_BYTES)
+    keep_freed_memory()
     for index in range(trials):
         place = out / f"trial_{index:02d}" if trials > 1 else out
         width_mm = widths_mm[index % len(widths_mm)]

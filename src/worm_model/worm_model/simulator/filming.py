@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from worm_model.simulator.body_width import tapered
@@ -27,8 +27,9 @@ from worm_msgs_py.arrays import Floats
 
 DRAWN_STEP_WIDTHS = 0.4
 DRAWN_SUBPIXELS = 2
-SHUTTER_STEPS = 5
-"""Places of the body that an exposure is the mean of."""
+LEAST_MOMENTS = 3
+"""An exposure is the mean of so many moments at least, and a point moves by a pixel at most between
+two of them: its smear is off by less than 1/12 px² in its variance, of a lens by about 1."""
 DRIFT_STEP_PX = 0.125
 """A drifting camera moves in such steps: the empty rig is drawn anew for each."""
 SPECK_MM, BUBBLE_MM, GLARE_MM = (0.06, 0.25), (0.4, 1.1), (0.4, 1.0)
@@ -105,6 +106,7 @@ def film(midlines_mm: Iterable[Floats], rig: Rig, filming: Filming) -> Iterator[
         truth all the same.
     """
     dirt = _Dirt.scattered(rig, filming)
+    stained, stains = rig, dirt.stains(rig)
     for frame, (line, before, after) in enumerate(_with_neighbours(midlines_mm)):
         stamp_ns = frame_stamp_ns(frame, filming.frames_per_s)
         now = _drifted(rig, filming, frame)
@@ -113,9 +115,12 @@ def film(midlines_mm: Iterable[Floats], rig: Rig, filming: Filming) -> Iterator[
         if filming.exposure_s > 0.0:
             absorbed = _smeared(now, line, before, after, filming)
         else:
-            absorbed = _absorbed(now, body, strands, filming)
+            absorbed = _absorbed(now, body, filming, strands)
         view = add_worm(now, absorbed)
-        dirt.draw(view, now)
+        if now != stained:
+            stained, stains = now, dirt.stains(now)
+        for stain in stains:
+            stain.draw(view)
         if filming.flicker > 0.0:
             view *= np.float32(seen.flicker_gain(frame, filming.flicker, rig.optics.seed))
         truth = truth_of(now, body, frame, stamp_ns, covered(strands))
@@ -139,11 +144,12 @@ class _Dirt:
             seen.scattered(filming.glare, within, *GLARE_MM, seed + 2),
         )
 
-    def draw(self, view: NDArray[np.float32], rig: Rig) -> None:
-        seen.add_debris(view, rig, self.specks)
-        seen.add_bubbles(view, rig, self.bubbles)
-        for spot in self.glare:
-            seen.add_glare(view, rig, spot, GLARE_STRENGTH)
+    def stains(self, rig: Rig) -> list[seen.Stain]:
+        return [
+            *(seen.speck_stain(rig, speck) for speck in self.specks),
+            *(seen.bubble_stain(rig, bubble) for bubble in self.bubbles),
+            *(seen.glare_stain(rig, spot, GLARE_STRENGTH) for spot in self.glare),
+        ]
 
 
 def _with_neighbours(lines: Iterable[Floats]) -> Iterator[tuple[Floats, Floats, Floats]]:
@@ -191,21 +197,24 @@ def _body(rig: Rig, line_mm: Floats, filming: Filming) -> Body:
     return polyline_body(np.asarray(CubicSpline(chord, points)(at)), width)
 
 
-def _absorbed(rig: Rig, body: Body, strands: Layers, filming: Filming) -> Coverage:
+def _absorbed(rig: Rig, body: Body, filming: Filming, strands: Layers | None = None) -> Coverage:
+    """Return what the worm absorbs; its strands may be at hand already."""
     if filming.skin is not None:
         return absorbed_by_skin(rig, body, filming.skin, DRAWN_SUBPIXELS)
+    strands = strands or strands_over(body, DRAWN_SUBPIXELS)
     return absorbed_by_shade(rig, strands, Shade(filming.overlap_darker))
 
 
 def _smeared(rig: Rig, line: Floats, before: Floats, after: Floats, filming: Filming) -> Coverage:
-    """Return what the worm absorbs while the shutter is open."""
+    """Return what the worm absorbs while the shutter is open: the mean over its moments."""
     reach = 0.5 * filming.exposure_s * filming.frames_per_s
+    way_mm = reach * (np.hypot(*(line - before).T) + np.hypot(*(after - line).T))
+    count = max(LEAST_MOMENTS, ceil(float(way_mm.max()) * rig.px_per_mm))
     moments = []
-    for part in np.linspace(-reach, reach, SHUTTER_STEPS):
+    for part in reach * (np.arange(1 - count, count, 2) / count):
         neighbour = after if part > 0.0 else before
         body = _body(rig, line + abs(part) * (neighbour - line), filming)
-        strands = strands_over(body, DRAWN_SUBPIXELS)
-        moments.append(_absorbed(rig, body, strands, filming))
+        moments.append(_absorbed(rig, body, filming))
     return _mean_coverage(moments)
 
 

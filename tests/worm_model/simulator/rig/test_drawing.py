@@ -52,6 +52,18 @@ def test_half_level_of_the_wall_lies_at_R():
         assert edge == pytest.approx(RIG.radius_px, abs=0.05)
 
 
+@pytest.mark.parametrize("exit_rad", [0.0, 0.03, 2.2])
+def test_water_covers_each_pixel_by_the_distance_of_its_middle_from_the_wall(exit_rad):
+    light = 255.0
+    dark = replace(CLEAN, light=light, wall_transmission=0.0, blur_px=0.0)
+    rig = replace(RIG, width_px=645, height_px=603, exit_rad=exit_rad, chamber_b=True, optics=dark)
+    small = replace(rig, px_per_mm=6.1, centre_px=(80.4, 299.7))
+    u, v = np.arange(645.0), np.arange(603.0)[:, np.newaxis]
+    for one in (rig, small):
+        water = np.clip(0.5 - one.wall_distance_px(u, v), 0.0, 1.0)
+        np.testing.assert_allclose(draw(one, None, 0), light * water, atol=0.5001)
+
+
 def test_the_exit_is_W_wide_and_points_where_it_should():
     picture = draw(RIG, None, 0)
     level = CLEAN.light * (1 + CLEAN.wall_transmission) / 2

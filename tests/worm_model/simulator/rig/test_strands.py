@@ -59,6 +59,15 @@ def hairpin(apart_px):
 LINES = {"arc": arc(120, 2.5), "bow": bow(), "hairpin": hairpin(8.0), "flat hairpin": hairpin(1e-3)}
 
 
+@given(st.floats(0.0, 2.0 * np.pi) | st.sampled_from([0.0, 1e-9, 0.01, np.pi / 2, np.pi]))
+def test_a_body_covers_the_same_area_in_any_direction(angle):
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    straight = np.c_[np.linspace(-90.0, 90.0, 41), np.zeros(41)]
+    width = np.full(41, WIDTH_PX)
+    area = covered(strands_over(body_of(250.0 + straight @ turn, width))).part.sum()
+    assert area == pytest.approx(WIDTH_PX * (180.0 - WIDTH_PX) + np.pi * WIDTH_PX**2 / 4, rel=2e-3)
+
+
 @pytest.mark.parametrize("name", LINES)
 def test_the_truths_centroid_is_that_of_the_pixels(name):
     body = body_of(LINES[name])

@@ -5,6 +5,7 @@ given in the frame of chamber a and in millimetres, so that a bumped camera move
 """
 
 from math import ceil, pi, sin
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,29 +39,64 @@ def scattered(
     )
 
 
+class Stain(NamedTuple):
+    """A spot as it is seen: where, the share of the light that it lets pass, and what it adds."""
+
+    here: tuple[slice, slice]
+    passes: View | None
+    adds: View | None
+
+    def draw(self, view: View) -> None:
+        """Change a view in place."""
+        part = view[self.here]
+        if self.passes is not None:
+            part *= self.passes
+        if self.adds is not None:
+            part += self.adds
+
+
+def speck_stain(rig: Rig, speck: Spot) -> Stain:
+    """Return a round dark speck."""
+    here, distance, radius = _part_around(rig, speck)
+    covered = np.clip((radius - distance) / _edge_width_px(rig) + 0.5, 0.0, 1.0)
+    return Stain(here, (1.0 - (1.0 - SPECK_TRANSMISSION) * covered).astype(np.float32), None)
+
+
+def bubble_stain(rig: Rig, bubble: Spot) -> Stain:
+    """Return a bubble: a dark rim, where light is refracted away, around a bright middle."""
+    here, distance, radius = _part_around(rig, bubble)
+    rim = 0.5 * BUBBLE_RIM_PART * radius
+    off_rim = np.abs(distance - (radius - rim))
+    covered = np.clip((rim - off_rim) / _edge_width_px(rig) + 0.5, 0.0, 1.0)
+    return Stain(
+        here,
+        (1.0 - (1.0 - BUBBLE_RIM_TRANSMISSION) * covered).astype(np.float32),
+        (30.0 * np.exp(-((2.5 * distance / radius) ** 2))).astype(np.float32),
+    )
+
+
+def glare_stain(rig: Rig, spot: Spot, strength: float) -> Stain:
+    """Return a smooth bright spot, `strength` grey levels in its middle; `spot` holds its sd."""
+    here, distance, sd = _part_around(rig, spot, reach=4.0)
+    adds = (strength * np.exp(-0.5 * (distance / sd) ** 2)).astype(np.float32)
+    return Stain(here, None, adds)
+
+
 def add_debris(view: View, rig: Rig, specks: list[Spot]) -> None:
     """Darken round specks."""
     for speck in specks:
-        here, distance, radius = _part_around(rig, speck)
-        covered = np.clip((radius - distance) / _edge_width_px(rig) + 0.5, 0.0, 1.0)
-        view[here] *= (1.0 - (1.0 - SPECK_TRANSMISSION) * covered).astype(np.float32)
+        speck_stain(rig, speck).draw(view)
 
 
 def add_bubbles(view: View, rig: Rig, bubbles: list[Spot]) -> None:
-    """Draw bubbles: a dark rim, where light is refracted away, around a bright middle."""
+    """Draw bubbles."""
     for bubble in bubbles:
-        here, distance, radius = _part_around(rig, bubble)
-        rim = 0.5 * BUBBLE_RIM_PART * radius
-        off_rim = np.abs(distance - (radius - rim))
-        covered = np.clip((rim - off_rim) / _edge_width_px(rig) + 0.5, 0.0, 1.0)
-        view[here] *= (1.0 - (1.0 - BUBBLE_RIM_TRANSMISSION) * covered).astype(np.float32)
-        view[here] += (30.0 * np.exp(-((2.5 * distance / radius) ** 2))).astype(np.float32)
+        bubble_stain(rig, bubble).draw(view)
 
 
 def add_glare(view: View, rig: Rig, spot: Spot, strength: float) -> None:
     """Add a smooth bright spot, `strength` grey levels in its middle; `spot` holds its sd."""
-    here, distance, sd = _part_around(rig, spot, reach=4.0)
-    view[here] += (strength * np.exp(-0.5 * (distance / sd) ** 2)).astype(np.float32)
+    glare_stain(rig, spot, strength).draw(view)
 
 
 def add_line(

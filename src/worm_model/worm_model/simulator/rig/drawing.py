@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 from itertools import combinations, pairwise
-from math import ceil
+from math import ceil, sqrt
 from typing import NamedTuple
 
 import cv2
@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from worm_model.simulator.rig.body import Body
 from worm_model.simulator.rig.geometry import Rig
-from worm_model.simulator.rig.optics import FilmedPicture
+from worm_model.simulator.rig.optics import FilmedPicture, Optics
 
 SIXTEEN, STEPS_16 = 16, 257
 """Bits of a deep picture, and its steps for each grey level of a picture of 8 bits."""
+
+TILE_PX = 16
 
 
 class Coverage(NamedTuple):
@@ -109,19 +111,23 @@ def expose(rig: Rig, view: NDArray[np.float32], frame: int) -> FilmedPicture:
         In 16 bits a grey level is 257 steps.
     """
     optics = rig.optics
-    if optics.noise > 0.0 or optics.shot_noise > 0.0:
+    if optics.shot_noise > 0.0:
+        spread = np.maximum(view, 0.0)
+        spread *= np.float32(optics.shot_noise)
+        spread += np.float32(optics.noise**2)
+        cv2.sqrt(spread, dst=spread)
+        spread *= optics.noise_of_frame(frame, view.shape)
+        view += spread
+    elif optics.noise > 0.0:
         noise = optics.noise_of_frame(frame, view.shape)
-        if optics.shot_noise > 0.0:
-            variance = np.maximum(view, 0) * np.float32(optics.shot_noise) + optics.noise**2
-            view += noise * cv2.sqrt(variance)
-        else:
-            noise *= np.float32(optics.noise)
-            view += noise
+        noise *= np.float32(optics.noise)
+        view += noise
     np.clip(view, 0.0, 255.0, out=view)
-    if optics.bits == SIXTEEN:
-        deep: NDArray[np.uint16] = np.rint(view * np.float32(STEPS_16)).astype(np.uint16)
-        return deep
-    return np.asarray(np.rint(view), dtype=np.uint8)
+    deep = optics.bits == SIXTEEN
+    if deep:
+        view *= np.float32(STEPS_16)
+    np.rint(view, out=view)
+    return view.astype(np.uint16) if deep else view.astype(np.uint8)
 
 
 def add_worm(rig: Rig, absorbed: Coverage) -> NDArray[np.float32]:
@@ -317,13 +323,42 @@ def _empty_rig(
     rig: Rig,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
     """Return the picture without worm and noise, the light, and the open part of each pixel."""
-    u = np.arange(rig.width_px, dtype=np.float64)
-    v = np.arange(rig.height_px, dtype=np.float64)[:, np.newaxis]
-    open_part = np.clip(0.5 - rig.wall_distance_px(u, v), 0.0, 1.0).astype(np.float32)
+    open_part, light = _open_part(rig), _light(rig.optics, rig.width_px, rig.height_px)
     wall = np.float32(rig.optics.wall_transmission)
-    light = rig.optics.light_field(rig.width_px, rig.height_px)
-    empty = light * (wall + (1 - wall) * _blurred(open_part, rig.optics.blur_px))
+    empty = (1 - wall) * _blurred(open_part, rig.optics.blur_px)
+    empty += wall
+    empty *= light
     return empty, light, open_part
+
+
+@lru_cache(maxsize=4)
+def _light(optics: Optics, width_px: int, height_px: int) -> NDArray[np.float32]:
+    return optics.light_field(width_px, height_px)
+
+
+def _open_part(rig: Rig) -> NDArray[np.float32]:
+    """Return the part of each pixel that is water.
+
+    The wall's distance is asked for in the tiles that an edge may pass through; any other is all
+    water or all wall, as its middle is.
+    """
+    rows, columns = -(-rig.height_px // TILE_PX), -(-rig.width_px // TILE_PX)
+    within = np.arange(TILE_PX, dtype=np.float64)
+    u = np.arange(columns, dtype=np.float64) * TILE_PX
+    v = np.arange(rows, dtype=np.float64) * TILE_PX
+    half = 0.5 * (TILE_PX - 1)
+    middle = rig.wall_distance_px(u + half, v[:, np.newaxis] + half)
+    tiles = np.empty((rows, columns, TILE_PX, TILE_PX), dtype=np.float32)
+    tiles[:] = (middle < 0.0)[..., np.newaxis, np.newaxis]
+    at_edge = np.nonzero(np.abs(middle) < half * sqrt(2.0) + 0.5)
+    down, right = at_edge
+    distance = rig.wall_distance_px(
+        u[right, np.newaxis, np.newaxis] + within,
+        v[down, np.newaxis, np.newaxis] + within[:, np.newaxis],
+    )
+    tiles[at_edge] = np.clip(0.5 - distance, 0.0, 1.0)
+    whole = tiles.swapaxes(1, 2).reshape(rows * TILE_PX, columns * TILE_PX)
+    return np.ascontiguousarray(whole[: rig.height_px, : rig.width_px])
 
 
 def _blurred(values: NDArray[np.float32], sd_px: float) -> NDArray[np.float32]:

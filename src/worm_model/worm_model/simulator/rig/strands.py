@@ -1,6 +1,7 @@
 """Draws a body that folds on itself, strand by strand, in subpixels."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -81,9 +82,11 @@ def polyline_body(points_px: Floats, width_px: Floats) -> Body:
 
 def _end_radius(from_tip: Floats, width_px: Floats) -> float:
     """Return the radius of the half circle that ends the body: half of the width at its centre."""
-    radius = 0.0
+    radius, before = 0.0, -1.0
     for _ in range(50):
-        radius = 0.5 * float(np.interp(radius, from_tip, width_px))
+        if radius == before:
+            break
+        radius, before = 0.5 * float(np.interp(radius, from_tip, width_px)), radius
     return radius
 
 
@@ -181,9 +184,11 @@ def absorbed_by_skin(rig: Rig, body: Body, skin: Skin, subpixels: int = SUBPIXEL
     strip = Strip(density, rows_per_px, skin.first_s_mm * skin.per_mm, scale)
     reach = np.full(len(s), reach_px)
     u0, v0, total, _ = sum_strands(points, s, reach, strip, subpixels)
-    return Coverage(u0, v0, _subpixel_means(1.0 - cv2.exp(-total), subpixels))
+    passes = cv2.exp(np.negative(total, out=total), dst=total)
+    return Coverage(u0, v0, _subpixel_means(1.0 - passes, subpixels))
 
 
+@lru_cache(maxsize=4)
 def _skin_density(skin: Skin) -> NDArray[np.float32]:
     """Return −ln of the transmission, faded to nothing at the strip's borders."""
     density = -np.log(np.maximum(skin.transmission, 0.02))
