@@ -27,6 +27,7 @@ from benchmarks.known_worm import (
     TOUCH_M,
     Camera,
     Emergence,
+    Floats,
     KnownWorm,
     R,
     Try,
@@ -112,11 +113,11 @@ def trial(condition: Condition, duration_s: float, seed: int) -> Trial:
 
 
 def _visits(worm, seed, duration_s, events):
-    """Return the errors of θ_h⁰ in degrees, and the sum of τ_h over the true one."""
+    """Return the errors of θ_h⁰ in degrees, NaN where none is told, and τ_h over the true one."""
     true, touch = [], None
     for event in life(worm, seed, duration_s):
         if isinstance(event, Emergence):
-            touch = (event.start + event.duration(worm.speed), event.theta)
+            touch = event.touch(worm.speed)
         elif isinstance(event, Try) and touch:
             true.append((*touch, event.start))
             touch = None
@@ -179,6 +180,15 @@ def peaks_cell(trials: Sequence[Trial], item: Condition) -> str:
     return f"{100 * held:.0f} % of {len(ends)}"
 
 
+def visits_cell(off_deg: Floats, tau_ratio: float) -> str:
+    """Return how far θ_h⁰ is off at most, how often by more than 1° or not told, and τ_h's bias."""
+    told = off_deg[np.isfinite(off_deg)]
+    return (
+        f"max {told.max():.2f}°, {np.sum(told > 1)} of {len(told)} > 1°, "
+        f"{len(off_deg) - len(told)} not told, {100 * (tau_ratio - 1):+.2f} %"
+    )
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -202,10 +212,7 @@ def main() -> None:
             trials = list(pool.map(run, range(given.seeds)))
             off = [value for each in trials for value in each.theta_off_deg]
             ratio = np.mean([each.tau_ratio for each in trials])
-            over = 100 * np.mean(np.array(off) > 1) if off else nan
-            last = (
-                f"max {max(off):.2f}°, {over:.1f} % > 1°, {100 * (ratio - 1):+.1f} %" if off else ""
-            )
+            last = visits_cell(np.array(off), ratio) if off else ""
             cells = [cell(trials, name, true[name]) for name in names]
             cells += [peaks_cell(trials, item), last]
             table.add_row(item.name, f"{item.rate_hz:.0f}", *cells)

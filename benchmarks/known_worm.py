@@ -102,6 +102,15 @@ class Emergence:
         """Return how long it takes, s."""
         return abs(self.path()[1] - self.path()[0]) / speed
 
+    def touch(self, speed: float) -> tuple[float, float]:
+        """Return when and at which θ its head comes within the distance that counts as contact."""
+        begin, end = self.path()
+        way = end - begin
+        along = (way * begin.conjugate()).real / abs(way) ** 2
+        beyond = (abs(begin) ** 2 - (R - THRESHOLD) ** 2) / abs(way) ** 2
+        part = -along + float(np.sqrt(along**2 - beyond))
+        return self.start + part * self.duration(speed), float(np.angle(begin + part * way))
+
     def path(self) -> tuple[complex, complex]:
         """Return where it begins and ends, m."""
         return complex(R + 1e-6), complex((R - TOUCH_M) * np.exp(1j * self.theta))

@@ -134,6 +134,7 @@ class RigPosition:
     def observe(self, closed: list[ClosedEpisode]) -> None:
         """Add what only the search along the wall can tell: contacts and hops."""
         for item in closed:
+            self._visits.may_touch(item.may_touch_rad)
             if item.episode.kind is EpisodeKind.CONTACT:
                 self._visits.touch(*item.touch)
             elif item.episode.complete and not item.cut and self._is_near_wall(item):

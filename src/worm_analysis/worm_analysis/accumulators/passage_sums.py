@@ -59,6 +59,8 @@ class PassageSums:
         searched_s = (visit.end_ns - visit.first_contact_ns) / NS_PER_S
         self.tau_h.push(searched_s, complete=found)
         self.tau_by_time.push(visit.start_ns, searched_s, complete=found)
+        if visit.theta_h0_rad != visit.theta_h0_rad:
+            return
         bin_ = int(np.searchsorted(ENTRY_EDGES, visit.theta_h0_rad, side="right")) - 1
         self._entries[min(max(bin_, 0), len(self._entries) - 1)] += 1
 

@@ -10,6 +10,8 @@ from worm_analysis.kinematics.observables import incidence_angle
 from worm_msgs_py import Episode, EpisodeKind
 from worm_msgs_py.units import NS_PER_S
 
+MAY_TOUCH = 0.02
+"""Probability of contact from which on a frame may be in contact; else where it is seen so near."""
 TURN_DEVIATIONS = 4.0
 """Of the noise: a way beyond the ends of an episode that is longer is the head's own."""
 
@@ -57,6 +59,8 @@ class ClosedEpisode:
     touch : (int, float)
         Stamp and θ_h of the first frame that lies within the threshold by more than the noise; of
         the first of all where none does.
+    may_touch_rad : float
+        θ_h of the first frame that may be in contact; NaN where none may.
     beyond_rad : (float, float)
         How far the head went beyond the start of the episode, and beyond its end, where it turned
         round within it: further than in a frame, and than noise may do. Else 0.
@@ -72,6 +76,7 @@ class ClosedEpisode:
     past_peak: bool = False
     expected: Expected = Expected()
     touch: tuple[int, float] = (0, nan)
+    may_touch_rad: float = nan
     beyond_rad: tuple[float, float] = (0.0, 0.0)
 
 
@@ -119,9 +124,11 @@ class _Run:
     last_ns: int
     last_rad: float
     depths: ExcursionDepth
+    edge_m: float
     clear_m: float
     in_mouth: bool = False
     touch: tuple[int, float] | None = None
+    may_touch_rad: float = nan
     incidence_rad: float = nan
     frames: int = 0
     start_seen: bool = True
@@ -138,6 +145,9 @@ class _Run:
         self.low_rad = min(self.low_rad, frame.theta_rad)
         self.high_rad = max(self.high_rad, frame.theta_rad)
         self.in_mouth &= frame.in_mouth
+        is_near = frame.depth_m < self.edge_m and not frame.in_mouth
+        if (is_near or frame.share > MAY_TOUCH) and self.may_touch_rad != self.may_touch_rad:
+            self.may_touch_rad = frame.theta_rad
         if self.kind is EpisodeKind.FREE:
             self.depths.push(frame.depth_m)
         elif self.touch is None and frame.depth_m < self.clear_m:
@@ -149,6 +159,8 @@ class _Run:
         self.last_ns, self.last_rad = other.last_ns, other.last_rad
         self.low_rad = min(self.low_rad, other.low_rad)
         self.high_rad = max(self.high_rad, other.high_rad)
+        if self.may_touch_rad != self.may_touch_rad:
+            self.may_touch_rad = other.may_touch_rad
         self.expectation.join(other.expectation)
 
     def beyond(self, end_rad: float, frames: int, noise_rad: float) -> tuple[float, float]:
@@ -274,7 +286,7 @@ class ContactEpisodes:
         depths = ExcursionDepth(self.noise)
         at = stamp_ns, theta_rad
         clear_m = self.edge_m - self.noise.deviation_m
-        run = _Run(kind, *at, *at, depths, clear_m, frame.in_mouth)
+        run = _Run(kind, *at, *at, depths, self.edge_m, clear_m, frame.in_mouth)
         run.take(frame)
         return run
 
@@ -352,5 +364,6 @@ class ContactEpisodes:
             not in_contact and cut and run.depths.is_past_peak,
             run.expectation.told(1.0 if turn_rad >= 0 else -1.0),
             run.touch or (run.start_ns, run.start_rad),
+            run.may_touch_rad,
             run.beyond(end_rad, frames, self.noise.deviation_m / self._radius_m),
         )

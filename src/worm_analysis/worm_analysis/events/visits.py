@@ -1,12 +1,15 @@
 """Stays in a chamber: the first touch of the wall, the finding of the exit, and the skips."""
 
 from dataclasses import dataclass
-from math import ceil, floor, nan, pi
+from math import ceil, floor, nan, pi, radians
 
 from worm_analysis.events.exit_region import ExitCorridor
 from worm_analysis.kinematics.observables import wrap_angle
 from worm_msgs_py import Visit
 from worm_msgs_py.units import NS_PER_S
+
+IN_DOUBT_RAD = radians(1.0)
+"""Where the head may have touched the wall earlier and further away, θ_h⁰ is not told."""
 
 
 @dataclass(slots=True)
@@ -19,6 +22,7 @@ class _Stay:
     last_ns: int
     first_contact_ns: int | None = None
     theta_h0_rad: float = nan
+    may_touch_rad: float = nan
     skips: int = 0
     found: bool = False
 
@@ -68,16 +72,24 @@ class Visits:
         self._ended = []
         return visits
 
+    def may_touch(self, theta_rad: float) -> None:
+        """Take where an episode may be in contact first; NaN where it is not. θ_h as in `touch`."""
+        stay = self._searching
+        if stay is not None and stay.may_touch_rad != stay.may_touch_rad:
+            stay.may_touch_rad = theta_rad
+
     def touch(self, stamp_ns: int, theta_rad: float) -> None:
         """Take a contact where it begins; θ_h may be unwrapped.
 
         Contacts and hops are known for good a little later than the visit's end: they are those of
-        the visit that has ended, until it is taken.
+        the visit that has ended, until it is taken. A touch that is shorter than a frame may hide
+        in noise: where the head may have touched elsewhere before, θ_h⁰ is not told.
         """
         stay = self._searching
         if stay is not None and stay.first_contact_ns is None:
             stay.first_contact_ns = stamp_ns
-            stay.theta_h0_rad = wrap_angle(theta_rad)
+            if not abs(wrap_angle(theta_rad - stay.may_touch_rad)) > IN_DOUBT_RAD:
+                stay.theta_h0_rad = wrap_angle(theta_rad)
 
     @property
     def _searching(self) -> _Stay | None:

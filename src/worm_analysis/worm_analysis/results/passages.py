@@ -32,7 +32,8 @@ SCHEMA = table_schema(
         ),
         column(
             "theta_h0_rad", pa.float64(), "rad",
-            "θ_h⁰, polar angle of the head at a visit's first contact, in (−π, π].",
+            "θ_h⁰, polar angle of the head at a visit's first contact, in (−π, π]; null where the "
+            "head may have touched the wall before, elsewhere and too shortly to be sure.",
         ),
         column(
             "tau_h_s", pa.float64(), "s",

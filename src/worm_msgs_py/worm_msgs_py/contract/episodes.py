@@ -67,7 +67,7 @@ class Visit:
     first_contact_ns : int or None
         First contact with the wall; τ_h counts from here.
     theta_h0_rad : float
-        θ_h at first contact, in (−π, π].
+        θ_h at first contact, in (−π, π]; NaN where the head may have touched elsewhere before.
     tau_h_s : float
         Time from first contact to the head's entering the exit.
     skips : int

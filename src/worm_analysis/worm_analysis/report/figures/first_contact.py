@@ -15,7 +15,8 @@ _ANGLE_BINS = 18
 _READING = (
     "θ<sub>h</sub><sup>0</sup>: polar angle of the head at its first contact with the wall after "
     "it entered a chamber; 0 is the middle of the exit through which it came. One value a visit, "
-    "the trial’s first included. Dashed: anywhere on the wall with equal probability, as the walk "
+    "the trial’s first included, but for those in which noise may hide an earlier touch elsewhere. "
+    "Dashed: anywhere on the wall with equal probability, as the walk "
     "starts; the paper finds more near the exit."
 )
 
