@@ -19,7 +19,7 @@ def limits(name, unit, radius_mm=RADIUS_MM):
         return 0.0, 1.0
     if name in CORRELATIONS:
         return -1.0, 1.0
-    if name == "c_theta_tail":
+    if name in {"c_theta_start", "c_theta_tail"}:
         return -2.0, 2.0
     if unit == "deg":
         low = 0.0 if name == "psi_b_positive_peak" else -180.0

@@ -310,6 +310,7 @@ def test_every_number_of_the_table_is_there_with_its_unit(walked):
         "t_1e": "s",
         "t_1e_over_t_per": "1",
         "c_theta_tail": "1",
+        "c_theta_start": "1",
         "d_c_exponential_p": "1",
         "d_nc_exponential_p": "1",
         "delta_r_h_exponential_p": "1",

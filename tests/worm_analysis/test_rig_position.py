@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from walked_tracks import BODY_WIDTH, GEOMETRY, THRESHOLD, R, Track, polar
 
 from worm_analysis.analysis import Analysis
+from worm_analysis.events.attempts import Attempts
+from worm_analysis.events.exit_region import ExitCorridor
 from worm_analysis.events.visits import exits_passed
 from worm_msgs_py import Attempt, Episode, StrokePhase, Visit, Where
 
@@ -237,6 +239,21 @@ def test_contact_with_the_walls_of_the_passage_is_told_where_it_is_known(y_m, st
     """A fast head may touch between two frames; what is less than half a pixel says nothing."""
     path = Path().along(1.0, 0.2, ALONG_WALL, 30).in_and_out(1.5e-3, y_m, step_m)
     (attempt,) = of(Attempt, path.along(0.3, 1.0, DEEP, 30).events()[0])
+    assert attempt.wall_contact is touched
+
+
+@pytest.mark.parametrize(("rate_hz", "touched"), [(30, False), (10, None)])
+def test_a_head_that_sways_from_frame_to_frame_may_touch_between_frames_that_are_far_apart(
+    rate_hz, touched
+):
+    """In truth such heads touched in a tenth of the attempts of 10 frames/s that were told not."""
+    exit_, attempts = ExitCorridor.of(GEOMETRY.chambers[0], 1.5e-3), Attempts(0.3)
+    for row, step in enumerate([*range(-2, 5), *range(5, -3, -1)]):
+        head = (exit_.mouth_x_m + 1e-4 * step, 2.9e-4 * (row % 2))
+        attempt = attempts.push(
+            "chamber_a", exit_, round(row * NS / rate_hz), head, (0.0, 0.0), 0.02, THRESHOLD,
+            error_m=1.25e-5, in_passage=False,
+        )  # fmt: skip
     assert attempt.wall_contact is touched
 
 

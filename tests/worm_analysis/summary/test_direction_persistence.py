@@ -12,6 +12,7 @@ from worm_analysis.summary.direction_persistence import (
     fall_over_decay,
     fall_time,
     persistence_time,
+    start_excess,
     tail_excess,
 )
 from worm_analysis.summary.quantities import DEFINITIONS
@@ -58,8 +59,9 @@ def test_one_exponential_falls_to_one_e_in_its_decay_time():
     rng = np.random.default_rng(1)
     estimates = [
         (fall_time, 10.0), (persistence_time, 10.0), (fall_over_decay, 1.0), (tail_excess, 0.0),
+        (start_excess, 0.0),
     ]  # fmt: skip
-    held = np.zeros(4)
+    held = np.zeros(5)
     for _ in range(40):
         found = units(telegraph(rng, 1800.0, 10.0))
         held += [holds(estimate(*found), truth) for estimate, truth in estimates]
@@ -92,6 +94,17 @@ def test_visits_of_three_decay_times_tell_a_curve_that_does_not_fall():
     assert tail_excess(*found)[1] > 0.2
     with pytest.raises(NotEnoughData, match="lags of several decay times"):
         tail_excess(*units(*(telegraph(rng, 50.0, 40.0) for _ in range(12))))
+
+
+def test_visits_of_less_than_a_decay_time_tell_a_curve_that_drops_at_once():
+    rng = np.random.default_rng(9)
+    found = units(*(np.where(rng.random(200) < 0.11, -1.0, 1.0) for _ in range(40)))
+    assert start_excess(*found)[2] < -0.1
+    with pytest.raises(NotEnoughData, match="lags of several decay times"):
+        tail_excess(*found)
+    held = [holds(start_excess(*units(*(telegraph(rng, 150.0, 20.0) for _ in range(6)))), 0.0)
+            for _ in range(20)]  # fmt: skip
+    assert sum(held) >= 16, "of 20 at 95 % each, fewer happens in three of a thousand"
 
 
 def test_the_time_to_one_e_is_where_the_curve_crosses_it():

@@ -49,3 +49,25 @@ def test_a_setting_holds_wherever_it_counts(walked):
     for quantity in quantities(strict):
         if not quantity.name.startswith(("frames_", "search_")) and quantity.name != "w_s":
             assert quantity.why.startswith("not enough data"), quantity.name
+
+
+def test_where_noise_is_known_from_few_contacts_it_may_be_too_large(walked):
+    """Just below the limit, ten contacts leave in doubt what ten thousand do not."""
+    lag_s = walked.correlation().lag_s
+    for contacts, told in ((10.0, False), (10_000.0, True)):
+        noise = contacts * np.array([[1.0, 0.38 * 1.2e-4, 1.2e-4]])
+        sums = Sums([{**walked.sums(), "radius_noise": noise}], lag_s=lag_s)
+        found = {q.name: q for q in quantities(sums)}
+        assert (found["d_c"].value is not None) is told, found["d_c"].why
+        noise_mm = found["radius_noise"]
+        assert noise_mm.value == pytest.approx(0.0456)
+        assert noise_mm.low < noise_mm.value < noise_mm.high
+
+
+def test_no_noise_is_told_to_be_0(walked):
+    noise = np.array([[10.0, 0.0, 10 * 1.2e-4]])
+    sums = Sums([{**walked.sums(), "radius_noise": noise}], lag_s=walked.correlation().lag_s)
+    found = {q.name: q for q in quantities(sums)}
+    assert found["radius_noise"].value is None
+    assert "less than a sixtieth" in found["radius_noise"].why
+    assert found["d_c"].value is not None

@@ -13,6 +13,8 @@ from worm_msgs_py.units import NS_PER_S
 Point = tuple[float, float]
 SeenHead = tuple[int, Point]
 """A stamp in ns, and where the head is then."""
+SEEN_WELL_S = 0.04
+"""Between frames that are further apart the head may go faster than from frame to frame."""
 
 
 @dataclass(slots=True)
@@ -55,11 +57,15 @@ class _Clearance:
         """Return whether it is contact; None where it may or may not be one.
 
         Between two frames, a head that is no faster than from frame to frame comes nearer than the
-        mean of both by half of its way at most.
+        mean of both by half of its way at most. Between frames that are far apart a head that sways
+        is faster, and its way is taken to be that of a random walk, whose speed falls as the root
+        of the time over which it is seen.
         """
         if self.seen_m < threshold_m - error_m:
             return True
-        least_m = min(self.seen_m, self.mean_m - self.speed_m_s * self.longest_s / 2)
+        faster = sqrt(max(self.longest_s / SEEN_WELL_S, 1.0))
+        nearer_m = faster * self.speed_m_s * self.longest_s / 2
+        least_m = min(self.seen_m, self.mean_m - nearer_m)
         return False if self.known and least_m > threshold_m + error_m else None
 
 

@@ -127,19 +127,22 @@ def not_exponential(quantity: Quantity, p: Quantity) -> str:
 
 def not_one_exponential(quantity: Numbers) -> str:
     """Return that C_θ does not decay as the exponential that is fitted to it, if it does not."""
-    ratio, tail, fitted, fall = map(quantity, ("t_1e_over_t_per", "c_theta_tail", "t_per", "t_1e"))
+    ratio, fitted, fall = map(quantity, ("t_1e_over_t_per", "t_per", "t_1e"))
+    t_per = html_symbol("t_per")
     said = []
     if _rejects(ratio, 1.0):
         said.append(
             f"the fit decays in {with_interval(fitted)} s but the curve falls to 1/e at "
             f"{with_interval(fall)} s, a ratio of {with_interval(ratio)}"
         )
-    if _rejects(tail, 0.0):
-        side = "above" if tail.value is not None and tail.value > 0 else "below"
-        said.append(
-            f"from 1.5 {html_symbol('t_per')} on the curve lies {side} the fit, by "
-            f"{with_interval(tail)}"
-        )
+    for name, where in (
+        ("c_theta_start", f"up to 0.5 {t_per}"),
+        ("c_theta_tail", f"from 1.5 {t_per} on"),
+    ):
+        excess = quantity(name)
+        if _rejects(excess, 0.0):
+            side = "above" if excess.value is not None and excess.value > 0 else "below"
+            said.append(f"{where} the curve lies {side} the fit, by {with_interval(excess)}")
     return "<i>C</i><sub>θ</sub> is not one exponential: " + "; ".join(said) if said else ""
 
 

@@ -8,8 +8,8 @@ from worm_analysis.summary.direction_persistence import NotEnoughData
 from worm_analysis.summary.resolution import (
     hidden_part,
     largest_radius_m,
-    noise_and_threshold_m,
     noise_in_thresholds,
+    radius_noise_m,
 )
 from worm_analysis.summary.sums import Sums
 from worm_analysis.wording import not_enough
@@ -65,7 +65,7 @@ class Definition:
     undetermined, missing : str
         Why there is no value where the estimate is NaN, and where the sums are missing.
     most_noise : float
-        Noise of the radius, in thresholds of contact, beyond which the number is refused.
+        Noise of the radius, in thresholds of contact: where it may be more the number is refused.
     most_hidden : float
         How many excursions may hide in noise and pixels: `hidden_part`.
     """
@@ -102,7 +102,7 @@ class Definition:
         settings = sums.settings
         needed = max(settings.minimum_n, getattr(settings, self.needs)) if self.needs else 0
         why, estimate = "", (nan, nan, nan)
-        if self.most_noise < inf and noise_in_thresholds(sums) > self.most_noise:
+        if self.most_noise < inf and noise_in_thresholds(sums)[1] > self.most_noise:
             why = _too_noisy(sums, self.most_noise)
         elif n < needed:
             why = not_enough(n, self.items, needed)
@@ -138,13 +138,14 @@ class Definition:
         """Widen the interval of a number that rests on contact by how far noise can put it off."""
         if self.most_noise == inf:
             return low, high
-        factor = exp(OFF_BY_NOISE * noise_in_thresholds(sums))
+        factor = exp(OFF_BY_NOISE * noise_in_thresholds(sums)[0])
         return low / factor, high * factor
 
 
 def _too_noisy(sums: Sums, most: float) -> str:
-    noise_mm, threshold_mm = (MM_PER_M * value for value in noise_and_threshold_m(sums))
+    (noise_m, _, most_m), threshold_m = radius_noise_m(sums)
     return (
-        f"the head's radius is too noisy: {noise_mm:.3f} mm, more than {most:g} of the "
-        f"{threshold_mm:.3f} mm within which the head touches the wall"
+        f"the head's radius is too noisy: {MM_PER_M * noise_m:.3f} mm, or up to "
+        f"{MM_PER_M * most_m:.3f} mm, more than {most:g} of the {MM_PER_M * threshold_m:.3f} mm "
+        "within which the head touches the wall"
     )

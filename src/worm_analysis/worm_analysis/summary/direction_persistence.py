@@ -11,7 +11,7 @@ from scipy.special import stdtrit
 from worm_analysis.statistics.block_jackknife import Units
 from worm_analysis.summary.settings import DEFAULTS
 from worm_msgs_py import Correlation
-from worm_msgs_py.arrays import Floats, Integers
+from worm_msgs_py.arrays import Floats, Integers, Mask
 from worm_msgs_py.intervals import NORMAL_95, Interval
 
 FEWEST_PARTS_AT_LAG = 5
@@ -21,6 +21,8 @@ TAIL_IN_T_PER = (1.5, 4.0)
 """Lags of the tail, in t_per."""
 SHORTEST_TAIL_IN_T_PER = 2.0
 """How far it must reach."""
+START_IN_T_PER = 0.5
+"""Lags of the start, in t_per: up to this one."""
 FEWEST_IN_TAIL = 0.1
 """Pairs that each of its lags needs, as a part of those at lag 0; it ends where there are fewer."""
 SLOPE_SPAN = 0.25
@@ -162,9 +164,8 @@ def tail_excess(
     NotEnoughData
         There is no t_per, or too few pairs at these lags.
     """
-    c, pairs = correlation_curve(units)
+    _, pairs = correlation_curve(units)
     decay_s = persistence_time(units, lag_s, shortest_track)[0]
-    of_fit = _of_fit(units, lag_s, decay_s)
     inside = (lag_s >= TAIL_IN_T_PER[0] * decay_s) & (lag_s <= TAIL_IN_T_PER[1] * decay_s)
     few = np.flatnonzero(inside & (pairs < FEWEST_IN_TAIL * pairs[0]))
     if len(few):
@@ -172,6 +173,33 @@ def tail_excess(
     far_enough = not len(few) or lag_s[few[0]] > SHORTEST_TAIL_IN_T_PER * decay_s
     if not (inside.any() and far_enough):
         raise NotEnoughData("not enough data at lags of several decay times")
+    return _excess(units, lag_s, decay_s, inside)
+
+
+def start_excess(
+    units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
+) -> Interval:
+    """Return the same of the lags up to half of t_per, which every visit has.
+
+    A direction that is lost for moments falls below the fit at once; where it is kept for longer
+    than visits last, its tail is not seen.
+
+    Raises
+    ------
+    NotEnoughData
+        There is no t_per, or it is too short for any lag.
+    """
+    decay_s = persistence_time(units, lag_s, shortest_track)[0]
+    inside = (lag_s > 0) & (lag_s <= START_IN_T_PER * decay_s)
+    if not inside.any():
+        raise NotEnoughData("the correlation decays within the shortest lags")
+    return _excess(units, lag_s, decay_s, inside)
+
+
+def _excess(units: Units, lag_s: Floats, decay_s: float, inside: Mask) -> Interval:
+    """Return by how much C_θ lies above its fit on average at some lags."""
+    c, pairs = correlation_curve(units)
+    of_fit = _of_fit(units, lag_s, decay_s)
     weight = np.where(inside, np.gradient(lag_s), 0.0)
     weight /= weight.sum()
     fit = np.exp(-lag_s / decay_s)

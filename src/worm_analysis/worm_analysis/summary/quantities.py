@@ -22,10 +22,11 @@ from worm_analysis.summary import estimates as by
 from worm_analysis.summary import failure_causes as causes
 from worm_analysis.summary import peaks
 from worm_analysis.summary.definition import NO_CHAMBER, NO_EXIT, Definition, first
-from worm_analysis.summary.resolution import noise_and_threshold_m
+from worm_analysis.summary.resolution import radius_noise_m
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.intervals import Interval
 from worm_msgs_py.paper import TRIAL_S
 from worm_msgs_py.units import MM_PER_M
 
@@ -109,6 +110,11 @@ def _plain_mean(name: str, html: str, plain: str, items: str) -> Definition:
         scale=MM_PER_M, bounds=(0.0, inf), within_radius=name == "delta_r_h",
         most_noise=NOISE_FOR_STATES, most_hidden=MOST_HIDDEN,
     )  # fmt: skip
+
+
+def _radius_noise(sums: Sums) -> Interval:
+    noise, _ = radius_noise_m(sums)
+    return noise if noise[0] > 0 else (nan, nan, nan)
 
 
 def _fit(name: str, html: str, plain: str, bin_width: float, items: str) -> Definition:
@@ -196,8 +202,8 @@ EPISODES = (
     Definition(
         "radius_noise", "mm", "σ(<i>r</i><sub>h</sub>)", r"$\sigma(r_h)$",
         "noise of the head's radius, from its spread in contact", "radius_noise",
-        lambda sums: (noise_and_threshold_m(sums)[0], nan, nan), "complete contacts",
-        scale=MM_PER_M,
+        _radius_noise, "complete contacts", scale=MM_PER_M,
+        undetermined="less than a sixtieth of the distance that counts as contact",
     ),
     _fit("d_c", "<i>d</i><sub>c</sub>", "d_c", LENGTH_BIN_M, CONTACTS),
     _fit("d_nc", "<i>d</i><sub>nc</sub>", "d_{nc}", LENGTH_BIN_M, EXCURSIONS),
@@ -225,6 +231,11 @@ MOTION = (
         "c_theta_tail", "1", "<i>C</i><sub>θ</sub> − fit", r"$C_\theta$ − fit",
         "mean from 1.5 t<sub>per</sub> on; 0 where C<sub>θ</sub> is one exponential", "c_theta",
         by.persistence(c_theta.tail_excess), "moments with a direction",
+    ),
+    Definition(
+        "c_theta_start", "1", "<i>C</i><sub>θ</sub> − fit, start", r"$C_\theta$ − fit, start",
+        "mean up to 0.5 t<sub>per</sub>; 0 where C<sub>θ</sub> is one exponential", "c_theta",
+        by.persistence(c_theta.start_excess), "moments with a direction",
     ),
     Definition(
         "v_w", "mm/s", "<i>v</i><sub>w</sub>", "$v_w$",

@@ -1,9 +1,10 @@
 """What frames, pixels and noise hide in trials: how much, and by what means are off for it."""
 
-from math import exp, nan
+from math import exp, nan, sqrt
 
 from worm_analysis.statistics.unseen_episodes import merged_excursion_factor, unmerged_means
 from worm_analysis.summary.sums import Sums
+from worm_msgs_py.intervals import Interval
 
 
 def corrections(sums: Sums, rule: str = "") -> tuple[float, float, float]:
@@ -64,24 +65,33 @@ def head_step_m(sums: Sums, rule: str = "") -> float:
     return float(distance_m / intervals) if intervals else 0.0
 
 
-def noise_and_threshold_m(sums: Sums) -> tuple[float, float]:
-    """Return the noise of the radius and the distance that counts as contact.
+NOISE_ERROR = 0.6
+"""Two standard errors of the noise, relative, for one contact."""
+
+
+def radius_noise_m(sums: Sums) -> tuple[Interval, float]:
+    """Return the noise of the radius with its interval, and the distance that counts as contact.
 
     Of several trials those of the noisiest; NaN where no contact was seen.
     """
-    return sums.once("noise and threshold", lambda: _noise_and_threshold_m(sums))
+    return sums.once("radius noise", lambda: _radius_noise_m(sums))
 
 
-def _noise_and_threshold_m(sums: Sums) -> tuple[float, float]:
+def _radius_noise_m(sums: Sums) -> tuple[Interval, float]:
     trials = [trial["radius_noise"].sum(axis=0) for trial in sums.trials if "radius_noise" in trial]
-    seen = [(noise / n, threshold / n) for n, noise, threshold in trials if n > 0]
-    return max(seen, key=lambda pair: pair[0] / pair[1], default=(nan, nan))
+    seen = [
+        (noise / n, threshold / n, NOISE_ERROR / sqrt(n)) for n, noise, threshold in trials if n > 0
+    ]
+    noise_m, threshold_m, error = max(
+        seen, key=lambda found: found[0] / found[1], default=(nan, nan, nan)
+    )
+    return (noise_m, noise_m * max(1 - error, 0.0), noise_m * (1 + error)), threshold_m
 
 
-def noise_in_thresholds(sums: Sums) -> float:
-    """Return the same as a ratio; 0 where no contact was seen."""
-    noise_m, threshold_m = noise_and_threshold_m(sums)
-    return noise_m / threshold_m if threshold_m > 0 else 0.0
+def noise_in_thresholds(sums: Sums) -> tuple[float, float]:
+    """Return it, and how large it may be, in parts of that distance; 0 where nothing was seen."""
+    (noise_m, _, most_m), threshold_m = radius_noise_m(sums)
+    return (noise_m / threshold_m, most_m / threshold_m) if threshold_m > 0 else (0.0, 0.0)
 
 
 def largest_radius_m(sums: Sums) -> float:
