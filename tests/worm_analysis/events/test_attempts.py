@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from walked_tracks import BODY_WIDTH, GEOMETRY, R, Track, polar
 
 from worm_analysis.analysis import Analysis
+from worm_analysis.events.attempts import Attempts
+from worm_analysis.events.exit_region import ExitCorridor
 from worm_msgs_py import Attempt, Where
 
 RATE_HZ, SPEED = 30, 2e-3
@@ -53,6 +55,20 @@ def attempts(track):
     analysis.set_geometry(GEOMETRY)
     events = [event for state in track.states() for event in analysis.push(state)[1]]
     return [e for e in [*events, *analysis.finish()] if isinstance(e, Attempt)]
+
+
+@pytest.mark.parametrize(("beside_m", "success"), [(5e-5, False), (-1e-5, True)])
+def test_a_centroid_just_beside_the_passage_is_no_success(beside_m, success):
+    """That of a long body in the passage and round its corner comes near to it slowly."""
+    exit_, follow = ExitCorridor.of(GEOMETRY.chambers[0], 1.5e-3), Attempts(0.3)
+    for row, x_m in enumerate([1e-3, 1.2e-2, -1e-3]):
+        attempt = follow.push(
+            "chamber_a", exit_, row * 10**8, (R + x_m, 0.0), (R + 1e-3, HALF_WIDTH + beside_m),
+            0.02, 1.2e-4, error_m=1e-5, in_passage=False,
+        )  # fmt: skip
+        if attempt is not None:
+            break
+    assert attempt.success is success
 
 
 lengths = st.floats(1.2e-2, 2.6e-2)

@@ -153,7 +153,7 @@ class Attempts:
         entry.clearance.take(before, (stamp_ns, head_m), corridor.half_width_m, inside=not left)
         if not left:
             self._go_deeper(entry, head_m[0] - corridor.mouth_x_m)
-            if not (through or corridor.encloses(*centroid_m, margin_m)):
+            if not (through or corridor.encloses(*centroid_m)):
                 return None
         touched = entry.clearance.touches(threshold_m, error_m)
         return self._close(stamp_ns, touched, success=not left, complete=True)

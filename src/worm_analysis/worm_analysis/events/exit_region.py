@@ -60,13 +60,12 @@ class ExitCorridor:
         """Whether a point is beyond the wall's circle and between the passage's walls."""
         return self.has_between_walls(x_m, y_m) and hypot(x_m, y_m) > self.radius_m
 
-    def encloses(self, x_m: float, y_m: float, margin_m: float) -> bool:
-        """Whether a point is beyond the wall's circle and in the passage, give or take a margin.
+    def encloses(self, x_m: float, y_m: float) -> bool:
+        """Whether a point is beyond the wall's circle and in the passage.
 
-        The margin allows for a passage that is drawn a little askew. Where W is not known, all
-        beyond the circle on the exit's side is the passage.
+        Where W is not known, all beyond the circle on the exit's side is the passage.
         """
-        beside = abs(y_m) > self.half_width_m + margin_m
+        beside = abs(y_m) > self.half_width_m
         return x_m > 0 and hypot(x_m, y_m) > self.radius_m and not beside
 
     def is_left(self, x_m: float, y_m: float, threshold_m: float) -> bool:

@@ -108,6 +108,8 @@ def direction(name: str) -> Estimator:
         half = jackknife_half_width(  # away from the mean, or π would be far from −π
             units, lambda rows: wrap_angle(np.arctan2(rows[:, 1], rows[:, 2]) - middle)
         )
+        if half >= np.pi:  # a whole circle
+            return nan, nan, nan
         return middle, middle - half, middle + half
 
     return estimate

@@ -12,7 +12,6 @@ from worm_analysis.report.panel import Panel
 from worm_analysis.report.report_data import ReportData
 from worm_analysis.report.theme import (
     COLUMN_IN,
-    GREY,
     HEAD_COLOUR,
     PAGE_IN,
     PAPER_STYLE,
@@ -52,10 +51,14 @@ def penetration_depths(data: ReportData) -> Panel:
     }  # fmt: skip
     if pool is None:
         return Panel(**base, why=NO_CHAMBER)
-    rows = [(part, numbers["beta"].quantity) for part, numbers in data.by_width]
-    if not any(beta.value is not None for _, beta in rows):
-        needed = f"{DEFAULTS.fewest_for_decay} are needed for a W"
+    betas = [(part, numbers["beta"].quantity) for part, numbers in data.by_width]
+    rows = [(part, beta) for part, beta in betas if beta.value is not None]
+    needed = f"{DEFAULTS.fewest_for_decay} are needed for a W"
+    if not rows:
         return Panel(**base, why=f"not enough data: {failed} failed attempts, {needed}")
+    few = [plain(part.width_mm) for part, beta in betas if beta.value is None]
+    if few:
+        base["n"] = f"{n}; too few at W = {' and '.join(few)} mm, {needed}"
     columns = 1 if len(rows) == 1 else 2
     lines = -(-len(rows) // columns)
     figure = new_figure(COLUMN_IN if columns == 1 else PAGE_IN, 0.3 + 2.0 * lines)
@@ -66,8 +69,7 @@ def penetration_depths(data: ReportData) -> Panel:
         axes.set_xlabel("depth in the passage $x_p$ (mm)")
         axes.set_ylabel("probability density (1/mm)")
         drawn = _draw_depths(axes, data, part, beta)
-        if drawn is not None:
-            tables[f"W{part.width_mm:g}"] = as_table(drawn, "x_p_mm")
+        tables[f"W{part.width_mm:g}"] = as_table(drawn, "x_p_mm")
     for axes in list(grid.flat)[len(rows) :]:
         axes.set_axis_off()
     alt = "; ".join(
@@ -80,8 +82,6 @@ def penetration_depths(data: ReportData) -> Panel:
 
 def _not_the_law(part: Pool, beta: Quantity) -> str:
     """Say that F(x_p) is rejected for a W, if it is."""
-    if beta.value is None:
-        return ""
     counts = part.total("x_p")
     fit = penetration(counts)
     seen = np.rint(counts[: int(np.flatnonzero(counts)[-1]) + 1]).astype(np.int64)
@@ -95,17 +95,10 @@ def _not_the_law(part: Pool, beta: Quantity) -> str:
     )
 
 
-def _draw_depths(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDensity | None:
+def _draw_depths(axes: Any, data: ReportData, part: Pool, beta: Quantity) -> LengthDensity:
     failed = len(part.points("x_p"))
     n = data.counted_in(part, failed, "failed attempts")
-    if beta.value is None:
-        axes.text(
-            0.5, 0.5, f"not enough data:\n{n}", transform=axes.transAxes, ha="center",
-            va="center", color=GREY,
-        )  # fmt: skip
-        axes.set_xticks([])
-        axes.set_yticks([])
-        return None
+    assert beta.value is not None
     counts = part.total("x_p")
     trials, sum_m = part.total("x_p_least")
     least = float(MM_PER_M * sum_m / trials)
