@@ -122,6 +122,12 @@ def test_what_goes_with_the_speed_equals_the_plain_computation(seed):
         assert direction("psi_b_mean")(sums)[0] == pytest.approx(mean, abs=1e-9)
 
 
+def test_angles_that_point_everywhere_have_no_mean():
+    angles = np.arange(16) * 2.4
+    rows = np.column_stack([np.full(16, 5.0), np.sin(angles), np.cos(angles)])
+    assert np.isnan(direction("psi_b_mean")(Sums([{"psi_b_mean": rows}]))).all()
+
+
 @settings(max_examples=12)
 @given(seeds, st.sampled_from([1, 7, 1024]))
 def test_lengths_under_every_rule_of_contact_equal_the_plain_computation(seed, at_once):

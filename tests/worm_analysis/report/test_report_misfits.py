@@ -56,8 +56,8 @@ def test_a_decay_that_is_no_exponential_is_told_with_the_time_to_one_e(whole, tm
             "fit decays in 9.5 [8.0 … 11.0] s but the curve falls to 1/e at 19.9 [15.0 … 26.0] s"
             in said
         )
-        assert "up to 0.5 tper the curve lies below the fit, by −0.30 [−0.40 … −0.20]" in said
-        assert "from 1.5 tper on the curve lies above the fit, by 0.200 [0.150 … 0.250]" in said
+        assert "up to 0.5 tper the curve less the fit is −0.30 [−0.40 … −0.20]" in said
+        assert "from 1.5 tper on the curve less the fit is 0.200 [0.150 … 0.250]" in said
     page = with_quantity(
         whole, tmp_path / "one", t_1e_over_t_per=(1.1, 0.9, 1.3), c_theta_tail=(0.0, -0.1, 0.1),
         c_theta_start=(-0.05, -0.1, 0.0),

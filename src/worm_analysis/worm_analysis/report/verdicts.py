@@ -141,8 +141,7 @@ def not_one_exponential(quantity: Numbers) -> str:
     ):
         excess = quantity(name)
         if _rejects(excess, 0.0):
-            side = "above" if excess.value is not None and excess.value > 0 else "below"
-            said.append(f"{where} the curve lies {side} the fit, by {with_interval(excess)}")
+            said.append(f"{where} the curve less the fit is {with_interval(excess)}")
     return "<i>C</i><sub>θ</sub> is not one exponential: " + "; ".join(said) if said else ""
 
 
