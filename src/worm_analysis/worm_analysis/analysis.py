@@ -147,7 +147,7 @@ class Analysis:
         if not sums.has("c_theta"):  # before there is a chamber
             sums = Sums([self._search.correlation.sums()], lag_s=sums.lag_s)
         t_per = DEFINITIONS["t_per"].of(sums)
-        return correlation(sums.units("c_theta"), sums.lag_s, t_per.value)
+        return correlation(sums.units("c_theta"), sums.lag_s, t_per.value, sums.settings)
 
     def distributions(self) -> list[Distribution]:
         """Return P(r), P(ψ), and those of d_c, d_nc, Δr_h, x_p, τ_h and θ_h⁰ so far."""

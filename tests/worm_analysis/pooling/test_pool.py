@@ -13,7 +13,8 @@ from worm_analysis.pooling import Pool, group_widths_mm, pooled_trial
 from worm_analysis.pooling.pool import BY_TRIALS, NO_INTERVAL, WITHIN_TRIALS
 from worm_analysis.report.report_data import of_pool, of_trial
 from worm_analysis.results import read_results
-from worm_analysis.statistics import block_jackknife
+from worm_analysis.statistics.block_jackknife import JackknifeSettings
+from worm_analysis.summary.settings import EstimateSettings
 from worm_msgs_py.errors import ReportError
 
 pytestmark = pytest.mark.xdist_group("pool")  # what they share is made once
@@ -54,13 +55,13 @@ def test_a_pool_of_one_trial_has_the_trials_own_numbers_and_intervals(results, t
             assert pool.numbers[quantity.name].quantity == quantity, quantity.name
 
 
-def test_no_interval_is_narrower_than_its_trials_alone_allow(trials, monkeypatch):
+def test_no_interval_is_narrower_than_its_trials_alone_allow(trials):
     """Trials left out in turn widen what blocks of time and counts give, and never narrow it."""
     pool = Pool.of(trials)
     by_trials = numbers(pool)
-    monkeypatch.setattr(block_jackknife, "FEWEST_TRIALS", 100)
+    blocks_only = EstimateSettings(jackknife=JackknifeSettings(fewest_trials=100))
     told = 0
-    for name, within in numbers(Pool(pool.trials, pool.width_mm)).items():
+    for name, within in numbers(replace(pool, settings=blocks_only)).items():
         item, alike = by_trials[name], within.quantity
         if item.by == BY_TRIALS and None not in (item.quantity.low, alike.low, alike.high):
             assert item.quantity.low <= alike.low

@@ -7,6 +7,7 @@ import pytest
 from walked_tracks import GEOMETRY, slides_and_hops
 
 from worm_analysis.analysis import Analysis
+from worm_analysis.statistics.block_jackknife import JackknifeSettings
 from worm_analysis.summary.quantities import DEFINITIONS, definitions, quantities
 from worm_analysis.summary.settings import EstimateSettings
 from worm_analysis.summary.sums import Sums
@@ -71,3 +72,22 @@ def test_no_noise_is_told_to_be_0(walked):
     assert found["radius_noise"].value is None
     assert "less than a sixtieth" in found["radius_noise"].why
     assert found["d_c"].value is not None
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"most_noise_for_states": -1.0},
+        {"fewest_stretches": 5},
+        {"tail_in_t_per": (1.0, 3.0)},
+        {"jackknife": JackknifeSettings(fewest_blocks=100)},
+    ],
+    ids=lambda changed: next(iter(changed)),
+)
+def test_a_test_can_change_a_setting(walked, changed):
+    trial = (
+        Sums([walked.sums()], lag_s=walked.correlation().lag_s, settings=s)
+        for s in (EstimateSettings(), EstimateSettings(**changed))
+    )
+    before, after = (quantities(sums) for sums in trial)
+    assert before != after

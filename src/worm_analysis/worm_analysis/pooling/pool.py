@@ -1,7 +1,7 @@
 """Trials together: their sums added up, their numbers, and the groups by exit width."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite, nan
 
@@ -11,7 +11,7 @@ from worm_analysis.pooling.pooled_trial import PooledTrial
 from worm_analysis.statistics.heterogeneity import same_number_p
 from worm_analysis.summary.definition import Definition
 from worm_analysis.summary.quantities import DEFINITIONS, definitions
-from worm_analysis.summary.settings import EstimateSettings
+from worm_analysis.summary.settings import DEFAULTS, EstimateSettings
 from worm_analysis.summary.sums import Sums, TrialSums
 from worm_msgs_py import Quantity
 from worm_msgs_py.arrays import Floats
@@ -73,10 +73,13 @@ class Pool:
         At least one, all of one R.
     width_mm : float
         W of all of them, the mean one; NaN for a pool of several widths, or of none that is known.
+    settings : EstimateSettings
+        How numbers follow from the sums; `minimum_n` is the largest of the trials'.
     """
 
     trials: tuple[PooledTrial, ...]
     width_mm: float = float("nan")
+    settings: EstimateSettings = DEFAULTS
 
     @classmethod
     def of(cls, trials: Iterable[PooledTrial]) -> "Pool":
@@ -105,7 +108,8 @@ class Pool:
         groups: dict[float, list[PooledTrial]] = {}
         for trial, width_mm in zip(self.trials, self.widths_mm, strict=True):
             groups.setdefault(width_mm, []).append(trial)
-        return tuple(Pool(tuple(groups[w]), w) for w in sorted(groups) if isfinite(w))
+        known = filter(isfinite, sorted(groups))
+        return tuple(Pool(tuple(groups[w]), w, self.settings) for w in known)
 
     @property
     def widths_mm(self) -> list[float]:
@@ -130,7 +134,8 @@ class Pool:
         trials: list[TrialSums] = [trial.sums for trial in self.trials]
         if not self.lags_agree:
             trials = [{k: v for k, v in sums.items() if k != "c_theta"} for sums in trials]
-        settings = EstimateSettings(max(trial.minimum_n for trial in self.trials))
+        most_n = max(trial.minimum_n for trial in self.trials)
+        settings = replace(self.settings, minimum_n=most_n)
         return Sums(trials, self.width_mm, self.trials[0].lag_s, settings)
 
     @cached_property

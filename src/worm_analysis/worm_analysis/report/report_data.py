@@ -7,7 +7,7 @@ from worm_analysis.pooling import Pool, Pooled, WalkPrediction, pooled_trial
 from worm_analysis.pooling.pool import BY_TRIALS, WITHIN_TRIALS
 from worm_analysis.report.panel import counted, number_of
 from worm_analysis.results import Results
-from worm_analysis.statistics.block_jackknife import FEWEST_TRIALS
+from worm_analysis.statistics.block_jackknife import JACKKNIFE
 from worm_analysis.summary.direction_persistence import correlation
 from worm_msgs_py import Comparison, Correlation, Quantity
 
@@ -16,8 +16,9 @@ BY_TRIALS_TEXT = (
     "trials that differ."
 )
 WITHIN_TRIALS_TEXT = (
-    f"Where there are fewer than {FEWEST_TRIALS} trials, intervals rest on blocks of time and on "
-    "the items alone, as if all trials were alike: they are too narrow where trials differ."
+    f"Where there are fewer than {JACKKNIFE.fewest_trials} trials, intervals rest on blocks of "
+    "time and on the items alone, as if all trials were alike: they are too narrow where trials "
+    "differ."
 )
 
 
@@ -105,6 +106,8 @@ def of_pool(
     sums = pool.sums
     c_theta = None
     if sums.has("c_theta"):
-        c_theta = correlation(sums.units("c_theta"), sums.lag_s, quantity("t_per").value)
+        c_theta = correlation(
+            sums.units("c_theta"), sums.lag_s, quantity("t_per").value, sums.settings
+        )
     return ReportData(pool, quantity, correlation=c_theta, walks=walks,
                       comparisons=comparisons or {}, several=True)  # fmt: skip

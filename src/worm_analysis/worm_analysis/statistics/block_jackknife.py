@@ -1,6 +1,7 @@
 """Sums over blocks of time, from which correlated series get honest errors in fixed memory."""
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from math import nan
 from typing import Any, TypeVar
@@ -16,10 +17,26 @@ Value = TypeVar("Value")
 
 MOST_BLOCKS = 128
 MOST_UNITS = MOST_BLOCKS // 2
-FEWEST_BLOCKS = 8
-"""Fewer parts tell nothing of an error."""
-FEWEST_TRIALS = 5
-"""Fewer trials cannot say by how much trials differ."""
+"""Of time, while a trial goes on and in its `sums.parquet`: memory stays the same."""
+
+
+@dataclass(frozen=True, slots=True)
+class JackknifeSettings:
+    """How many parts tell an error.
+
+    Attributes
+    ----------
+    fewest_blocks : int
+        Fewer parts tell nothing of an error.
+    fewest_trials : int
+        Fewer trials cannot say by how much trials differ.
+    """
+
+    fewest_blocks: int = 8
+    fewest_trials: int = 5
+
+
+JACKKNIFE = JackknifeSettings()
 
 
 class BlockSums:
@@ -123,9 +140,11 @@ class Units:
     ----------
     trials : sequence of ndarray, each of shape (blocks, size)
         The sums of each trial by blocks of time; one block where they were not kept by time.
+    settings : JackknifeSettings
     """
 
-    def __init__(self, trials: Sequence[Floats]):
+    def __init__(self, trials: Sequence[Floats], settings: JackknifeSettings = JACKKNIFE):
+        self.settings = settings
         # In one order of memory: sums are then the same to the last bit, read or just made.
         self._trials = [np.ascontiguousarray(rows) for rows in trials]
         self._total: Floats | None = None
@@ -185,34 +204,35 @@ class Units:
 
     def _each_level(self) -> Iterator[Floats]:
         if len(self._trials) == 1:
-            yield from _levels_of_one(self._trials[0])
+            yield from _levels_of_one(self._trials[0], self.settings.fewest_blocks)
             return
+        fewest = self.settings.fewest_blocks
         trials = [rows for rows in self._trials if rows.any()]
         whole = [rows.sum(axis=0, keepdims=True) for rows in trials]
         rows = list(trials)
         while True:
             filled = [_filled(part) for part in rows]
-            enough = [len(part) >= FEWEST_BLOCKS for part in filled]
+            enough = [len(part) >= fewest for part in filled]
             if not any(enough):
                 break
             choices = zip(filled, enough, whole, strict=True)
             parts = [part if many else one for part, many, one in choices]
             yield parts[0] if len(parts) == 1 else np.vstack(parts)
-            if max(map(len, rows)) < 2 * FEWEST_BLOCKS - 1:
+            if max(map(len, rows)) < 2 * fewest - 1:
                 break
             rows = [_in_pairs(part) for part in rows]
-        if len(whole) >= FEWEST_TRIALS:
+        if len(whole) >= self.settings.fewest_trials:
             units = np.vstack(whole)
             while len(units) > MOST_UNITS:
                 units = _in_pairs(units)
             yield units
 
 
-def _levels_of_one(rows: Floats) -> Iterator[Floats]:
+def _levels_of_one(rows: Floats, fewest: int) -> Iterator[Floats]:
     """Return the levels of one trial alone."""
-    while len(filled := _filled(rows)) >= FEWEST_BLOCKS:
+    while len(filled := _filled(rows)) >= fewest:
         yield filled
-        if len(rows) < 2 * FEWEST_BLOCKS - 1:
+        if len(rows) < 2 * fewest - 1:
             break
         rows = _in_pairs(rows)
 

@@ -10,13 +10,38 @@ from worm_msgs_py.intervals import Interval
 
 LOG_LIKELIHOOD_FALL = 1.9207
 """Fall of the log likelihood at the ends of a 95 % interval: half of χ²'s quantile."""
-MOST_SHARE = 0.5
-"""The decay is the larger part: else it is some narrow heap of depths that is fitted by it."""
-FEWEST_EXPECTED, MOST_GROUPS = 5, 20
-"""Failures that a group of bins must hold by the law to be tested, and groups at most."""
-COARSE_GRID = (48, 21)
-FINE_GRID = (49, 49)
-"""Points in log β and in the share, in the two rounds of the search for the likeliest."""
+
+
+@dataclass(frozen=True, slots=True)
+class PenetrationSettings:
+    """How F(x_p) is fitted and tested.
+
+    Attributes
+    ----------
+    most_constant_share : float
+        Part of the failures that may be the constant's: where the decay is the smaller part, it is
+        some narrow heap of depths that is fitted by it.
+    slowest_decay_per_span, fastest_decay_per_bin : float
+        β is sought from one to the other, in 1/(range that was observed) and in 1/bin: depths do
+        not tell a slower or a faster one.
+    coarse_grid, fine_grid : (int, int)
+        Points in log β and in the share, in the two rounds of the search for the likeliest.
+    fewest_expected, most_groups, fewest_groups : int
+        Failures that a group of bins must hold by the law to be tested, groups at most, and at
+        least: two parameters are fitted.
+    """
+
+    most_constant_share: float = 0.5
+    slowest_decay_per_span: float = 0.1
+    fastest_decay_per_bin: float = 4.0
+    coarse_grid: tuple[int, int] = (48, 21)
+    fine_grid: tuple[int, int] = (49, 49)
+    fewest_expected: int = 5
+    most_groups: int = 20
+    fewest_groups: int = 4
+
+
+PENETRATION = PenetrationSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +59,9 @@ class Penetration:
     const: Interval
 
 
-def fit_penetration(edges: Floats, counts: Integers) -> Penetration:
+def fit_penetration(
+    edges: Floats, counts: Integers, settings: PenetrationSettings = PENETRATION
+) -> Penetration:
     """Fit a decay over a constant to depths in bins (paper, section on Fig. 9).
 
     A failure is one of two kinds: the head turns back with a constant probability per length, or
@@ -49,19 +76,17 @@ def fit_penetration(edges: Floats, counts: Integers) -> Penetration:
         of the range that was observed.
     counts : ndarray of int64, shape (n,)
         Failures in each bin.
+    settings : PenetrationSettings
     """
     chances = _Chances(edges, counts)
     span = float(edges[-1] - edges[0])
-    log_beta = np.linspace(
-        np.log(0.1 / span), np.log(4 / float(edges[1] - edges[0])), COARSE_GRID[0]
-    )
-    share = np.linspace(0.0, MOST_SHARE, COARSE_GRID[1])
+    log_beta, share = _coarse_grid(span, float(edges[1] - edges[0]), settings)
     likelihood = chances.log_likelihood(log_beta, share)
     best = _climb(chances, log_beta, share, likelihood)
     # A finer grid over the part that matters, which holds the best point.
     near = likelihood > likelihood.max() - 3 * LOG_LIKELIHOOD_FALL
-    log_beta = _finer_grid(log_beta, near.any(axis=1), FINE_GRID[0], best[0])
-    share = _finer_grid(share, near.any(axis=0), FINE_GRID[1], best[1])
+    log_beta = _finer_grid(log_beta, near.any(axis=1), settings.fine_grid[0], best[0])
+    share = _finer_grid(share, near.any(axis=0), settings.fine_grid[1], best[1])
     likelihood = chances.log_likelihood(log_beta, share)
     top = float(likelihood.max())
     fall = top - likelihood
@@ -85,14 +110,16 @@ def fit_penetration(edges: Floats, counts: Integers) -> Penetration:
     )
 
 
-def penetration_p(edges: Floats, counts: Integers, fit: Penetration) -> float:
+def penetration_p(
+    edges: Floats, counts: Integers, fit: Penetration, settings: PenetrationSettings = PENETRATION
+) -> float:
     """Return the probability of a fit as bad as this one, were F(x_p) the law of the depths.
 
     Pearson's χ² over groups of bins that the law fills alike, with two parameters fitted.
 
     Parameters
     ----------
-    edges, counts, fit
+    edges, counts, fit, settings
         As `fit_penetration` took them, and what it gave.
 
     Returns
@@ -101,8 +128,8 @@ def penetration_p(edges: Floats, counts: Integers, fit: Penetration) -> float:
         NaN where there are too few failures to test two parameters.
     """
     n = int(counts.sum())
-    groups = min(MOST_GROUPS, n // FEWEST_EXPECTED)
-    if groups < 4:
+    groups = min(settings.most_groups, n // settings.fewest_expected)
+    if groups < settings.fewest_groups:
         return float("nan")
     from scipy.stats import chisquare  # takes a second to import, and few trials come here
 
@@ -136,6 +163,17 @@ class _Chances:
         return np.asarray(np.log(np.maximum(chance, 1e-300)) @ self._counts)
 
 
+def _coarse_grid(
+    span: float, bin_width: float, settings: PenetrationSettings
+) -> tuple[Floats, Floats]:
+    slowest = settings.slowest_decay_per_span / span
+    fastest = settings.fastest_decay_per_bin / bin_width
+    return (
+        np.linspace(np.log(slowest), np.log(fastest), settings.coarse_grid[0]),
+        np.linspace(0.0, settings.most_constant_share, settings.coarse_grid[1]),
+    )
+
+
 def _climb(
     chances: _Chances, log_beta: Floats, share: Floats, likelihood: Floats
 ) -> tuple[float, float]:
@@ -148,7 +186,7 @@ def _climb(
         loss,
         x0=[log_beta[row], share[column]],
         method="L-BFGS-B",
-        bounds=[(log_beta[0], log_beta[-1]), (0.0, MOST_SHARE)],
+        bounds=[(log_beta[0], log_beta[-1]), (0.0, share[-1])],
     )
     return float(found.x[0]), float(found.x[1])
 

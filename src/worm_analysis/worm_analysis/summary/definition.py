@@ -21,9 +21,6 @@ from worm_msgs_py.units import MM_PER_M
 
 NO_CHAMBER = "no chamber in the picture"
 NO_EXIT = "no exit in view"
-OFF_BY_NOISE = 0.2
-"""Relative error of numbers of contacts, times noise over threshold: what the laws of depth leave
-open, measured on hops of four shapes (docs/contact_noise.md). No longer trial mends it."""
 UNDETERMINED = "the data do not determine it"
 
 
@@ -64,10 +61,12 @@ class Definition:
         The setting that says how many items are needed at least; empty: none.
     undetermined, missing : str
         Why there is no value where the estimate is NaN, and where the sums are missing.
-    most_noise : float
-        Noise of the radius, in thresholds of contact: where it may be more the number is refused.
-    most_hidden : float
-        How many excursions may hide in noise and pixels: `hidden_part`.
+    most_noise : str
+        The setting that says how noisy the radius may be, in thresholds of contact: where it may be
+        more the number is refused. Empty: it does not rest on contact.
+    refused_if_hidden : bool
+        Whether it is refused, too, where more than `most_hidden` of the excursions hide in noise
+        and pixels: `hidden_part`.
     """
 
     name: str
@@ -86,8 +85,8 @@ class Definition:
     needs: str = "minimum_n"
     undetermined: str = UNDETERMINED
     missing: str = NO_CHAMBER
-    most_noise: float = inf
-    most_hidden: float = inf
+    most_noise: str = ""
+    refused_if_hidden: bool = False
 
     def of(self, sums: Sums) -> Quantity:
         """Return the number with its interval and n, or why there is none."""
@@ -102,14 +101,15 @@ class Definition:
         settings = sums.settings
         needed = max(settings.minimum_n, getattr(settings, self.needs)) if self.needs else 0
         why, estimate = "", (nan, nan, nan)
-        if self.most_noise < inf and noise_in_thresholds(sums)[1] > self.most_noise:
-            why = _too_noisy(sums, self.most_noise)
+        most_noise = getattr(settings, self.most_noise) if self.most_noise else inf
+        if self.most_noise and noise_in_thresholds(sums)[1] > most_noise:
+            why = _too_noisy(sums, most_noise)
         elif n < needed:
             why = not_enough(n, self.items, needed)
-        elif self.most_hidden < inf and hidden_part(sums) > self.most_hidden:
+        elif self.refused_if_hidden and hidden_part(sums) > settings.most_hidden:
             why = (
                 f"noise and pixels hide about {100 * hidden_part(sums):.0f} % of the excursions, "
-                f"more than {100 * self.most_hidden:.0f} %: they are too shallow to be counted"
+                f"more than {100 * settings.most_hidden:.0f} %: they are too shallow to be counted"
             )
         else:
             try:
@@ -136,9 +136,9 @@ class Definition:
 
     def _with_model_error(self, sums: Sums, low: float, high: float) -> tuple[float, float]:
         """Widen the interval of a number that rests on contact by how far noise can put it off."""
-        if self.most_noise == inf:
+        if not self.most_noise:
             return low, high
-        factor = exp(OFF_BY_NOISE * noise_in_thresholds(sums)[0])
+        factor = exp(sums.settings.off_by_noise * noise_in_thresholds(sums)[0])
         return low / factor, high * factor
 
 

@@ -9,24 +9,12 @@ from scipy.optimize import minimize_scalar
 from scipy.special import stdtrit
 
 from worm_analysis.statistics.block_jackknife import Units
-from worm_analysis.summary.settings import DEFAULTS
+from worm_analysis.summary.settings import DEFAULTS, EstimateSettings
 from worm_msgs_py import Correlation
 from worm_msgs_py.arrays import Floats, Integers, Mask
 from worm_msgs_py.intervals import NORMAL_95, Interval
 
-FEWEST_PARTS_AT_LAG = 5
-"""Fewer parts with pairs at a lag say nothing of the error there."""
 ONE_E = exp(-1.0)
-TAIL_IN_T_PER = (1.5, 4.0)
-"""Lags of the tail, in t_per."""
-SHORTEST_TAIL_IN_T_PER = 2.0
-"""How far it must reach."""
-START_IN_T_PER = 0.5
-"""Lags of the start, in t_per: up to this one."""
-FEWEST_IN_TAIL = 0.1
-"""Pairs that each of its lags needs, as a part of those at lag 0; it ends where there are fewer."""
-SLOPE_SPAN = 0.25
-"""The slope of C_θ where it is 1/e is that of the lags this part of the time around it."""
 
 
 class NotEnoughData(ValueError):  # noqa: N818 (it is what the data are)
@@ -50,14 +38,16 @@ def _curve(units: Units) -> tuple[Floats, Integers]:
     return c, np.rint(pairs).astype(np.int64)
 
 
-def correlation(units: Units, lag_s: Floats, t_per_s: float | None) -> Correlation:
+def correlation(
+    units: Units, lag_s: Floats, t_per_s: float | None, settings: EstimateSettings = DEFAULTS
+) -> Correlation:
     """Return the curve, its error and the exponential of a decay time."""
     c, pairs = correlation_curve(units)
     model = np.full(len(c), nan) if t_per_s is None else np.exp(-lag_s / t_per_s)
-    return Correlation(lag_s, c, _error(units), pairs, model)
+    return Correlation(lag_s, c, _error(units, settings), pairs, model)
 
 
-def _error(units: Units) -> Floats:
+def _error(units: Units, settings: EstimateSettings) -> Floats:
     """Return one standard error at each lag from parts of the data; NaN with too few of them.
 
     The largest one over all sizes of parts is taken, as blocks shorter than the correlation time
@@ -71,8 +61,8 @@ def _error(units: Units) -> Floats:
     for rows, residuals in zip(units.levels(), _residuals_by_level(units), strict=True):
         squares = np.maximum(np.sum(rows[:, : len(c)] ** 2, axis=0), 1.0)
         k = pairs.astype(np.float64) ** 2 / squares
-        unknown |= k < FEWEST_PARTS_AT_LAG
-        k = np.maximum(k, FEWEST_PARTS_AT_LAG)
+        unknown |= k < settings.fewest_parts_at_lag
+        k = np.maximum(k, settings.fewest_parts_at_lag)
         squares = np.sum(residuals**2, axis=0) * (k / (k - 1))
         error = np.sqrt(squares) / np.maximum(pairs, 1)
         worst = np.fmax(worst, error * stdtrit(k - 1, 0.975) / NORMAL_95)
@@ -81,7 +71,7 @@ def _error(units: Units) -> Floats:
 
 
 def persistence_time(
-    units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
+    units: Units, lag_s: Floats, settings: EstimateSettings = DEFAULTS
 ) -> Interval:
     """Return t_per, s: the decay time of exp(−t/t_per), fitted to C_θ.
 
@@ -93,24 +83,22 @@ def persistence_time(
     NotEnoughData
         Where the track is too short to tell.
     """
-    fitted = _decay_time(units, lag_s, shortest_track)
+    fitted = _decay_time(units, lag_s, settings)
     return _interval_on_log_scale(
         fitted, _half_width_of_response(units, _of_fit(units, lag_s, fitted))
     )
 
 
-def _decay_time(units: Units, lag_s: Floats, shortest_track: float) -> float:
+def _decay_time(units: Units, lag_s: Floats, settings: EstimateSettings) -> float:
     c, pairs = correlation_curve(units)
     fitted = fit_decay_time(lag_s, c, pairs)
     if not isfinite(fitted):
         raise NotEnoughData("the correlation does not decay within the longest lag observed")
-    _refuse_short(fitted, "the decay time", pairs, lag_s, shortest_track)
+    _refuse_short(fitted, "the decay time", pairs, lag_s, settings)
     return fitted
 
 
-def fall_time(
-    units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
-) -> Interval:
+def fall_time(units: Units, lag_s: Floats, settings: EstimateSettings = DEFAULTS) -> Interval:
     """Return the time at which C_θ has fallen to 1/e, s, whatever its form.
 
     The interval is the curve's error there over its slope, on a logarithmic scale.
@@ -120,20 +108,18 @@ def fall_time(
     NotEnoughData
         Where it does not fall so far, or the track is too short to tell.
     """
-    at_s, response = _fall(units, lag_s, shortest_track)
+    at_s, response = _fall(units, lag_s, settings)
     return _interval_on_log_scale(at_s, _half_width_of_response(units, response))
 
 
-def _fall(units: Units, lag_s: Floats, shortest_track: float) -> tuple[float, "Response"]:
+def _fall(units: Units, lag_s: Floats, settings: EstimateSettings) -> tuple[float, "Response"]:
     _, pairs = correlation_curve(units)
-    at_s, response = _of_fall(units, lag_s)
-    _refuse_short(at_s, "the time to 1/e", pairs, lag_s, shortest_track)
+    at_s, response = _of_fall(units, lag_s, settings)
+    _refuse_short(at_s, "the time to 1/e", pairs, lag_s, settings)
     return at_s, response
 
 
-def fall_over_decay(
-    units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
-) -> Interval:
+def fall_over_decay(units: Units, lag_s: Floats, settings: EstimateSettings = DEFAULTS) -> Interval:
     """Return the time to 1/e over t_per: 1 where C_θ is one exponential.
 
     Both rest on the same pairs and err together, so this is told better than either.
@@ -143,16 +129,14 @@ def fall_over_decay(
     NotEnoughData
         Where one of the two cannot be had.
     """
-    decay_s = _decay_time(units, lag_s, shortest_track)
-    at_s, of_fall = _fall(units, lag_s, shortest_track)
+    decay_s = _decay_time(units, lag_s, settings)
+    at_s, of_fall = _fall(units, lag_s, settings)
     of_fit = _of_fit(units, lag_s, decay_s)
     half = _half_width_of_response(units, lambda residuals: of_fall(residuals) - of_fit(residuals))
     return _interval_on_log_scale(at_s / decay_s, half)
 
 
-def tail_excess(
-    units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
-) -> Interval:
+def tail_excess(units: Units, lag_s: Floats, settings: EstimateSettings = DEFAULTS) -> Interval:
     """Return by how much C_θ lies above its exponential fit on average, from 1.5 to 4 t_per.
 
     It ends sooner where pairs do: visits may be shorter than that. 0 where C_θ is one exponential.
@@ -165,20 +149,19 @@ def tail_excess(
         There is no t_per, or too few pairs at these lags.
     """
     _, pairs = correlation_curve(units)
-    decay_s = persistence_time(units, lag_s, shortest_track)[0]
-    inside = (lag_s >= TAIL_IN_T_PER[0] * decay_s) & (lag_s <= TAIL_IN_T_PER[1] * decay_s)
-    few = np.flatnonzero(inside & (pairs < FEWEST_IN_TAIL * pairs[0]))
+    decay_s = persistence_time(units, lag_s, settings)[0]
+    first, last = settings.tail_in_t_per
+    inside = (lag_s >= first * decay_s) & (lag_s <= last * decay_s)
+    few = np.flatnonzero(inside & (pairs < settings.fewest_pairs_in_tail * pairs[0]))
     if len(few):
         inside[few[0] :] = False
-    far_enough = not len(few) or lag_s[few[0]] > SHORTEST_TAIL_IN_T_PER * decay_s
+    far_enough = not len(few) or lag_s[few[0]] > settings.shortest_tail_in_t_per * decay_s
     if not (inside.any() and far_enough):
         raise NotEnoughData("not enough data at lags of several decay times")
     return _excess(units, lag_s, decay_s, inside)
 
 
-def start_excess(
-    units: Units, lag_s: Floats, shortest_track: float = DEFAULTS.shortest_track_in_t_per
-) -> Interval:
+def start_excess(units: Units, lag_s: Floats, settings: EstimateSettings = DEFAULTS) -> Interval:
     """Return the same of the lags up to half of t_per, which every visit has.
 
     A direction that is lost for moments falls below the fit at once; where it is kept for longer
@@ -189,8 +172,8 @@ def start_excess(
     NotEnoughData
         There is no t_per, or it is too short for any lag.
     """
-    decay_s = persistence_time(units, lag_s, shortest_track)[0]
-    inside = (lag_s > 0) & (lag_s <= START_IN_T_PER * decay_s)
+    decay_s = persistence_time(units, lag_s, settings)[0]
+    inside = (lag_s > 0) & (lag_s <= settings.start_in_t_per * decay_s)
     if not inside.any():
         raise NotEnoughData("the correlation decays within the shortest lags")
     return _excess(units, lag_s, decay_s, inside)
@@ -219,8 +202,9 @@ Response = Callable[[Floats], Floats]
 
 
 def _refuse_short(
-    time_s: float, what: str, pairs: Integers, lag_s: Floats, shortest_track: float
+    time_s: float, what: str, pairs: Integers, lag_s: Floats, settings: EstimateSettings
 ) -> None:
+    shortest_track = settings.shortest_track_in_t_per
     observed_s = float(pairs[0] * lag_s[1])
     if observed_s < shortest_track * time_s:
         raise NotEnoughData(
@@ -237,7 +221,8 @@ def _half_width_of_response(units: Units, response: Response) -> float:
         error = float(np.sqrt(np.sum(response(residuals) ** 2) * (k / (k - 1))))
         half = float(np.fmax(half, stdtrit(k - 1, 0.975) * error))
     if not isfinite(half):
-        raise NotEnoughData("not enough data: fewer than eight independent stretches of time")
+        fewest = units.settings.fewest_blocks
+        raise NotEnoughData(f"not enough data: fewer than {fewest} independent stretches of time")
     return half
 
 
@@ -258,7 +243,7 @@ def _of_fit(units: Units, lag_s: Floats, fitted_s: float) -> Response:
     return response
 
 
-def _of_fall(units: Units, lag_s: Floats) -> tuple[float, Response]:
+def _of_fall(units: Units, lag_s: Floats, settings: EstimateSettings) -> tuple[float, Response]:
     """Return when C_θ is 1/e for the first time, and how that answers to each part."""
     c, pairs = correlation_curve(units)
     below = np.flatnonzero(c < ONE_E)
@@ -267,7 +252,7 @@ def _of_fall(units: Units, lag_s: Floats) -> tuple[float, Response]:
     after = int(below[0])
     part = (c[after - 1] - ONE_E) / (c[after - 1] - c[after])
     at_s = float(lag_s[after - 1] + part * (lag_s[after] - lag_s[after - 1]))
-    near = (np.abs(lag_s - at_s) <= SLOPE_SPAN * at_s) & np.isfinite(c)
+    near = (np.abs(lag_s - at_s) <= settings.slope_span * at_s) & np.isfinite(c)
     near[after - 1 : after + 1] = True
     slope = float(np.polyfit(lag_s[near], c[near], 1)[0])
     if not slope < 0:

@@ -16,10 +16,16 @@ from worm_analysis.accumulators.body_size import histogram_median
 from worm_analysis.kinematics.observables import wrap_angle
 from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
 from worm_analysis.statistics.goodness_of_fit import exponential_p, merged_bins
-from worm_analysis.statistics.penetration_law import Penetration, fit_penetration
+from worm_analysis.statistics.penetration_law import (
+    PENETRATION,
+    Penetration,
+    PenetrationSettings,
+    fit_penetration,
+)
 from worm_analysis.statistics.sample_correlation import pearson
 from worm_analysis.statistics.unseen_episodes import per_true_cycle
 from worm_analysis.summary.resolution import corrections, head_step_m, pixel_m
+from worm_analysis.summary.settings import EstimateSettings
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.intervals import Interval, exponential_mean, fraction, poisson_rate
@@ -27,10 +33,6 @@ from worm_msgs_py.intervals import Interval, exponential_mean, fraction, poisson
 Estimator = Callable[[Sums], Interval]
 ValueOf = Callable[[Floats], Floats]
 """From sums of shape (m, k) to m values."""
-
-
-FARTHEST_END = 100.0
-"""An end of an interval that is so many times the value, or so small a part of it, is none."""
 
 
 def over(above: Floats, below: Floats) -> Floats:
@@ -92,8 +94,10 @@ def median(name: str, bin_width: float) -> Estimator:
         total = sums.total(name)
         held = np.flatnonzero(total)  # nothing lies outside of these bins
         first, end = (int(held[0]), int(held[-1]) + 1) if len(held) else (0, len(total))
-        inside = Units([trial[name][:, first:end] for trial in sums.trials if name in trial])
-        return _symmetric(inside, lambda rows: histogram_median(rows, first) * bin_width)
+        parts = [trial[name][:, first:end] for trial in sums.trials if name in trial]
+        return _symmetric(
+            sums.units_of(parts), lambda rows: histogram_median(rows, first) * bin_width
+        )
 
     return estimate
 
@@ -142,19 +146,20 @@ def rate(name: str) -> Estimator:
     def estimate(sums: Sums) -> Interval:
         exposure, count = sums.total(name)
         law = poisson_rate(round(count), float(exposure))
-        return _wider_on_log_scale(law, jackknife_half_width(sums.units(name), _second_over_first))
+        half = jackknife_half_width(sums.units(name), _second_over_first)
+        return _wider_on_log_scale(law, half, sums.settings)
 
     return estimate
 
 
-def _wider_on_log_scale(law: Interval, half: float) -> Interval:
+def _wider_on_log_scale(law: Interval, half: float, settings: EstimateSettings) -> Interval:
     """Return the wider one of a law's interval and one that is symmetric in the logarithm.
 
     Where leaving out parts changes the value by far more than itself, nothing bounds it.
     """
     value, low, high = law
     if isfinite(half) and value > 0:
-        if half > value * log(FARTHEST_END):
+        if half > value * log(settings.most_end_over_value):
             return value, nan, nan
         low, high = min(low, value * exp(-half / value)), max(high, value * exp(half / value))
     return value, low, high
@@ -183,7 +188,7 @@ def length(name: str, which: int | None = None, rule: str = "") -> Estimator:
         law = exponential_mean(round(n), float(excess))
         half = jackknife_half_width(sums.units(name), lambda rows: over(rows[:, 1], rows[:, 0]))
         scale = 1.0 if which is None else corrections(sums, rule)[which]
-        value, low, high = _wider_on_log_scale(law, half)
+        value, low, high = _wider_on_log_scale(law, half, sums.settings)
         stretch = max(scale, 1 / scale)
         return value * scale, low * scale / stretch, high * scale * stretch
 
@@ -208,7 +213,7 @@ def reversal_chance(sums: Sums) -> Interval:
             mean: Floats = np.maximum(1 - 2 * chance, 0.0) ** in_gap
             return mean
 
-        return _folds(gaps, turned, kept)
+        return _folds(gaps, turned, kept, sums.settings)
 
     def value_of(rows: Floats) -> Floats:
         folds, _ = folds_of(rows)
@@ -233,9 +238,12 @@ def reversal_rate(sums: Sums) -> Interval:
     def value_of(rows: Floats) -> Floats:
         directed_s, turns, gaps, turned, gap_s = rows.T
         longest = 2 * np.nan_to_num(over(gap_s, gaps))
-        folds, _ = _folds(
-            gaps, turned, lambda f: np.exp(-longest * np.nan_to_num(over(turns + f, directed_s)))
-        )
+
+        def kept(folds: Floats) -> Floats:
+            whole: Floats = np.exp(-longest * np.nan_to_num(over(turns + folds, directed_s)))
+            return whole
+
+        folds, _ = _folds(gaps, turned, kept, sums.settings)
         return over(turns + folds, directed_s)
 
     return _symmetric(_with_gaps(sums, "reversal_rate", 3), value_of)
@@ -245,7 +253,7 @@ def _with_gaps(sums: Sums, name: str, columns: int) -> Units:
     """Return sums with those of the gaps beside them; results of old have no gaps."""
     trials = [trial for trial in sums.trials if name in trial]
     none = [np.zeros((len(trial[name]), columns)) for trial in trials]
-    return Units(
+    return sums.units_of(
         [
             np.hstack([trial[name], trial.get(f"{name}_gaps", zeros)])
             for trial, zeros in zip(trials, none, strict=True)
@@ -253,13 +261,11 @@ def _with_gaps(sums: Sums, name: str, columns: int) -> Units:
     )
 
 
-FOLD_ROUNDS = 30
-LEAST_KEPT = 0.2
-"""Of the direction over a gap, by chance, below which its two sides tell little of a fold."""
-
-
 def _folds(
-    gaps: Floats, turned: Floats, kept_by: Callable[[Floats], Floats]
+    gaps: Floats,
+    turned: Floats,
+    kept_by: Callable[[Floats], Floats],
+    settings: EstimateSettings,
 ) -> tuple[Floats, Floats]:
     """Return how many gaps hide a reversal of their own, and the part of direction kept in one.
 
@@ -275,8 +281,9 @@ def _folds(
         From F to k, which depends on the reversals that there are.
     """
     folds, kept = np.zeros(len(gaps)), np.ones(len(gaps))
-    for _ in range(FOLD_ROUNDS if gaps.any() else 1):  # without gaps there is nothing to solve
-        kept = np.maximum(kept_by(folds), LEAST_KEPT)
+    rounds = settings.fold_rounds if gaps.any() else 1  # without gaps there is nothing to solve
+    for _ in range(rounds):
+        kept = np.maximum(kept_by(folds), settings.least_kept_over_gap)
         folds = np.clip((turned - gaps * (1 - kept) / 2) / kept, 0.0, gaps)
     return folds, kept
 
@@ -317,7 +324,7 @@ def exponential_fit(name: str, bin_width: float) -> Estimator:
     return estimate
 
 
-def penetration(counts: Floats) -> Penetration:
+def penetration(counts: Floats, settings: PenetrationSettings = PENETRATION) -> Penetration:
     """Fit F(x_p) to the depths of failed attempts (paper, Fig. 9).
 
     Parameters
@@ -325,33 +332,34 @@ def penetration(counts: Floats) -> Penetration:
     counts : ndarray, shape (k,)
         Failures in bins of 0.1 mm from the least depth that is seen; one of them is not empty.
         The range of the constant is the observed one, up to the deepest failure.
+    settings : PenetrationSettings
     """
     whole = np.rint(counts).astype(np.int64)
-    return _penetration(tuple(whole[: int(np.flatnonzero(whole)[-1]) + 1].tolist()))
+    return _penetration(tuple(whole[: int(np.flatnonzero(whole)[-1]) + 1].tolist()), settings)
 
 
 @lru_cache(maxsize=512)
-def _penetration(counts: tuple[int, ...]) -> Penetration:
+def _penetration(counts: tuple[int, ...], settings: PenetrationSettings) -> Penetration:
     edges = np.arange(len(counts) + 1, dtype=np.float64) * DEPTH_BIN_M
-    return fit_penetration(edges, np.array(counts, dtype=np.int64))
+    return fit_penetration(edges, np.array(counts, dtype=np.int64), settings)
 
 
 def penetration_part(part: str) -> Estimator:
     """Return the estimator of ``beta``, ``alpha`` or ``const`` of F(x_p), 1/m."""
 
-    def values_of(rows: Floats) -> Floats:
-        return np.array([getattr(penetration(row), part)[0] for row in rows])
-
     def estimate(sums: Sums) -> Interval:
-        units = sums.units("x_p")
-        law: Interval = getattr(penetration(units.total()), part)
-        return _wider_on_log_scale(law, jackknife_half_width(units, values_of))
+        units, settings = sums.units("x_p"), sums.settings
+
+        def part_of(row: Floats) -> Interval:
+            law: Interval = getattr(penetration(row, settings.penetration), part)
+            return law
+
+        half = jackknife_half_width(units, lambda rows: np.array([part_of(row)[0] for row in rows]))
+        return _wider_on_log_scale(part_of(units.total()), half, settings)
 
     return estimate
 
 
-def persistence(estimate: Callable[[Units, Floats, float], Interval]) -> Estimator:
+def persistence(estimate: Callable[[Units, Floats, EstimateSettings], Interval]) -> Estimator:
     """Return the estimator of a number of C_θ: see `direction_persistence`."""
-    return lambda sums: estimate(
-        sums.units("c_theta"), sums.lag_s, sums.settings.shortest_track_in_t_per
-    )
+    return lambda sums: estimate(sums.units("c_theta"), sums.lag_s, sums.settings)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from worm_analysis.statistics.block_jackknife import Units, jackknife_half_width
+from worm_analysis.statistics.block_jackknife import jackknife_half_width
 from worm_analysis.summary.direction_persistence import NotEnoughData
 from worm_analysis.summary.estimates import Estimator, over, share, widened
 from worm_analysis.summary.sums import Sums
@@ -52,7 +52,7 @@ def touching_share(name: str) -> Estimator:
             for trial in sums.trials
             if name in trial
         ]
-        units = Units(both)
+        units = sums.units_of(both)
         told, without, n, _ = (round(part) for part in units.total())
         known, touching, untold = n - without, told - without, _untold_failures(sums)
         if known < min(sums.settings.minimum_n, touching):

@@ -19,11 +19,11 @@ from worm_analysis.summary.sums import Sums
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.intervals import Interval
 
-FEWEST_STRETCHES = 10
-"""Fewer independent stretches of time say nothing of how a peak would differ another time."""
-RESAMPLES, RESAMPLES_AT_ONCE = 200, 24
-"""Of the blocks, for the interval of a peak; so many are in memory together."""
+RESAMPLES_AT_ONCE = 24
+"""Of the blocks, that are drawn together: matrix products of so few start no threads, which cost
+more than they save."""
 INTERVAL_QUANTILES = (0.025, 0.975)
+"""Of a 95 % interval."""
 
 
 def radius_peak(name: str) -> Callable[[Sums], Interval]:
@@ -75,7 +75,8 @@ def _peak(
         return nan, nan, nan
     rows = _independent_blocks(units, stretches)
     drawn = smoothed(rows, sums)
-    places = place(np.vstack([drawing @ drawn for drawing in _drawings(len(rows))]))
+    drawings = _drawings(len(rows), sums.settings.resamples)
+    places = place(np.vstack([drawing @ drawn for drawing in drawings]))
     if not np.isfinite(places).all():
         raise NotEnoughData("there is no such peak in part of the time")
     in_order = np.sort(places)
@@ -104,10 +105,11 @@ def _independent_stretches(sums: Sums) -> float:
             "how long a direction is kept is not known, and so how much of the data is independent"
         )
     stretches = float(sums.total("search_bridged")[0]) / t_per_s
-    if stretches < FEWEST_STRETCHES:
+    needed = sums.settings.fewest_stretches
+    if stretches < needed:
         raise NotEnoughData(
             f"not enough data: {stretches:.1f} independent stretches of time, of {t_per_s:.0f} s "
-            f"each, {FEWEST_STRETCHES} are needed"
+            f"each, {needed} are needed"
         )
     return stretches
 
@@ -119,7 +121,8 @@ def _independent_blocks(units: Units, most: float) -> Floats:
         if len(rows) <= most:
             break
     if not len(rows):
-        raise NotEnoughData("not enough data: fewer than eight blocks of time")
+        fewest = units.settings.fewest_blocks
+        raise NotEnoughData(f"not enough data: fewer than {fewest} blocks of time")
     return rows
 
 
@@ -133,14 +136,11 @@ def _quantile_of(in_order: Floats, part: float) -> float:
 
 
 @lru_cache(maxsize=64)
-def _drawings(parts: int) -> list[Floats]:
-    """Return how often each part is drawn, a row a drawing; always the same ones.
-
-    They come in pieces for which matrix products start no threads: these cost more than they save.
-    """
+def _drawings(parts: int, resamples: int) -> list[Floats]:
+    """Return how often each part is drawn, a row a drawing, in pieces; always the same ones."""
     rng = np.random.default_rng(1)
-    drawings = rng.multinomial(parts, np.full(parts, 1 / parts), size=RESAMPLES).astype(np.float64)
-    return np.split(drawings, np.arange(RESAMPLES_AT_ONCE, RESAMPLES, RESAMPLES_AT_ONCE))
+    drawings = rng.multinomial(parts, np.full(parts, 1 / parts), size=resamples).astype(np.float64)
+    return np.split(drawings, np.arange(RESAMPLES_AT_ONCE, resamples, RESAMPLES_AT_ONCE))
 
 
 def within_wall(rows: Floats) -> Floats:

@@ -45,10 +45,7 @@ CONTACTS = "complete contacts above the resolution limit"
 EXCURSIONS = "complete excursions above the resolution limit"
 FINDINGS = "findings of the exit after a contact"
 CAUSES = "failed attempts whose cause can be told"
-NOISE_FOR_RULE, NOISE_FOR_STATES = 0.25, 0.4
-"""In thresholds: one threshold on noisy radii flickers; from two states d_c is 5 % off beyond."""
-MOST_HIDDEN = 0.1
-"""Of worms of the paper's laws half as many hide at most; where more do, d_nc is up to 11 % off."""
+OF_STATES = "most_noise_for_states"
 PART_OF_FAILURES = "part of the failed entries"
 SMALL_IS_BAD = "fit of an exponential law: small is bad"
 
@@ -99,7 +96,7 @@ def _length(name: str, html: str, plain: str, meaning: str, which: int, items: s
     return Definition(
         name, "mm", f"⟨{html}⟩", rf"$\langle {plain} \rangle$", meaning, name,
         by.length(name, which), items, _third if which < 2 else first, scale=MM_PER_M,
-        within_radius=which == 2, most_noise=NOISE_FOR_STATES, most_hidden=MOST_HIDDEN,
+        within_radius=which == 2, most_noise=OF_STATES, refused_if_hidden=True,
     )  # fmt: skip
 
 
@@ -108,7 +105,7 @@ def _plain_mean(name: str, html: str, plain: str, items: str) -> Definition:
         f"{name}_mean", "mm", f"mean {html}", f"mean ${plain}$",
         "plain mean of those that were seen whole", f"{name}_mean", by.mean(f"{name}_mean"), items,
         scale=MM_PER_M, bounds=(0.0, inf), within_radius=name == "delta_r_h",
-        most_noise=NOISE_FOR_STATES, most_hidden=MOST_HIDDEN,
+        most_noise=OF_STATES, refused_if_hidden=True,
     )  # fmt: skip
 
 
@@ -123,7 +120,7 @@ def _fit(name: str, html: str, plain: str, bin_width: float, items: str) -> Defi
         f"{name}_exponential_p", "1", f"p({html})", f"$p({plain})$", SMALL_IS_BAD, f"{name}_excess",
         by.exponential_fit(f"{name}_excess", bin_width), items, lambda total: total[:-1].sum(),
         needs="fewest_for_p", missing=missing,
-        most_noise=inf if name == "tau_h" else NOISE_FOR_STATES,
+        most_noise="" if name == "tau_h" else OF_STATES,
     )  # fmt: skip
 
 
@@ -271,7 +268,7 @@ MOTION = (
     Definition(
         "reversal_per_cycle", "1", "reversal", "reversals per cycle",
         "probability per slide and hop", "reversal_per_cycle", by.reversal_chance,
-        "pairs of cycles", bounds=(0.0, 1.0), most_noise=NOISE_FOR_STATES, most_hidden=MOST_HIDDEN,
+        "pairs of cycles", bounds=(0.0, 1.0), most_noise=OF_STATES, refused_if_hidden=True,
     ),
     _gap("bridged", "over which the direction is followed"),
     _gap("missing", "too long for the direction to be followed"),
@@ -347,7 +344,7 @@ def _under_rule(rule: str) -> list[Definition]:
         Definition(
             f"{name}_at_{rule}", "mm", f"{name}_at_{rule}", f"{name} at {rule}".replace("_", " "),
             "", f"{name}_at_{rule}", by.length(f"{name}_at_{rule}", which, f"_at_{rule}"), items,
-            scale=MM_PER_M, most_noise=NOISE_FOR_RULE,
+            scale=MM_PER_M, most_noise="most_noise_for_rule",
         )
         for which, (name, items) in enumerate((("d_c", CONTACTS), ("d_nc", EXCURSIONS)))
     ]  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from worm_analysis.statistics.block_jackknife import FEWEST_TRIALS, Units, Value
+from worm_analysis.statistics.block_jackknife import Units, Value
 from worm_analysis.summary.settings import DEFAULTS, EstimateSettings
 from worm_msgs_py.arrays import Floats
 
@@ -48,9 +48,13 @@ class Sums:
         if found is None:
             if not self.has(name):
                 raise KeyError(name)
-            found = Units([trial[name] for trial in self.trials if name in trial])
+            found = self.units_of([trial[name] for trial in self.trials if name in trial])
             self._units[name] = found  # several numbers rest on the same sums
         return found
+
+    def units_of(self, trials: Sequence[Floats]) -> Units:
+        """Return the parts of sums that were made of these, such as some columns of them."""
+        return Units(trials, self.settings.jackknife)
 
     def once(self, name: str, find: Callable[[], Value]) -> Value:
         """Return what follows from the sums and several numbers need, found the first time."""
@@ -69,4 +73,4 @@ class Sums:
 
     def resamples_trials(self, name: str) -> bool:
         """Whether intervals allow for trials that differ."""
-        return self.trials_with(name) >= FEWEST_TRIALS
+        return self.trials_with(name) >= self.settings.jackknife.fewest_trials
