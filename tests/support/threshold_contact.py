@@ -10,6 +10,9 @@ class ThresholdContact:
     law = DepthLaw(noise=LEAST_NOISE)
     threshold_m = 0.0
 
+    def __init__(self, settings):
+        """Take the settings of what it stands in for: one threshold has none."""
+
     def push(self, stamp_ns, theta_rad, depth_m, head_m, threshold_m, *, in_mouth):
         if threshold_m != threshold_m:
             return None, []

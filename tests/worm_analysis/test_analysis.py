@@ -16,11 +16,14 @@ from walked_tracks import (
 )
 
 from worm_analysis.accumulators.direction_correlation import SignCorrelation, lag_grid
-from worm_analysis.analysis import Analysis
+from worm_analysis.accumulators.settings import SearchSettings
+from worm_analysis.analysis import Analysis, AnalysisSettings
+from worm_analysis.events.contact_state import ContactStateSettings
 from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.statistics.block_jackknife import Units
 from worm_analysis.summary.direction_persistence import correlation as correlation_with_error
 from worm_analysis.summary.direction_persistence import correlation_curve, persistence_time
+from worm_analysis.summary.settings import EstimateSettings
 from worm_msgs_py import (
     BodyState,
     Episode,
@@ -449,3 +452,24 @@ def test_hysteresis_and_a_shortest_episode_swallow_a_flicker():
 def test_a_parameter_out_of_range_is_named(setting, message):
     with pytest.raises(ValueError, match=message):
         AnalysisParameters(**setting)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings"),
+    [
+        ("d_c", AnalysisSettings(SearchSettings(contact=ContactStateSettings(first_fit_s=1e3)))),
+        ("d_c_exponential_p", AnalysisSettings(SearchSettings(steps_in_limit=50.0))),
+        ("v_w", AnalysisSettings(SearchSettings(least_window_seen=2.0))),
+        ("t_per", AnalysisSettings(estimates=EstimateSettings(shortest_track_in_t_per=1e3))),
+    ],
+)
+def test_a_test_can_change_a_stages_settings(name, settings):
+    states = list(slides_and_hops(1, 200.0, 25.0).states())
+    found = []
+    for analysis in (Analysis(), Analysis(settings=settings)):
+        analysis.set_geometry(GEOMETRY)
+        for state in states:
+            analysis.push(state)
+        analysis.finish()
+        found.append({quantity.name: quantity for quantity in analysis.summary()}[name])
+    assert found[0] != found[1]

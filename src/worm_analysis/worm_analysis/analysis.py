@@ -1,11 +1,14 @@
 """The whole analysis of a trial: one pass over the tracker's states, in bounded memory."""
 
+from dataclasses import dataclass, replace
 from math import nan
 
 from worm_analysis.accumulators.body_size import BodySums
 from worm_analysis.accumulators.exclusions import STALE, UNCERTAIN, UNTRACKED, Exclusions
+from worm_analysis.accumulators.settings import SEARCH, SearchSettings
 from worm_analysis.accumulators.trial_sums import ChamberSize, trial_sums
 from worm_analysis.accumulators.wall_search import WallSearch
+from worm_analysis.events.attempts import EXITS, ExitSettings
 from worm_analysis.events.contacts import ClosedEpisode
 from worm_analysis.kinematics.angular_speed import UnwrappedAngle
 from worm_analysis.kinematics.observables import (
@@ -19,7 +22,7 @@ from worm_analysis.rig_position import RigPosition
 from worm_analysis.statistics.running_median import RunningMedian
 from worm_analysis.summary.direction_persistence import correlation
 from worm_analysis.summary.quantities import DEFINITIONS, quantities
-from worm_analysis.summary.settings import EstimateSettings
+from worm_analysis.summary.settings import DEFAULTS, EstimateSettings
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py import (
     BodyState,
@@ -39,6 +42,26 @@ from worm_msgs_py.units import MM_PER_M
 
 WIDTH_BIN_M = 2e-6
 WIDTH_BINS = 1000
+"""d_w of a trial so far, to 2 mm."""
+
+
+@dataclass(frozen=True, slots=True)
+class AnalysisSettings:
+    """What a user does not set: the constants of each stage, with the reason for each.
+
+    Attributes
+    ----------
+    search : SearchSettings
+        The search along the wall.
+    exits : ExitSettings
+        What happens at an exit.
+    estimates : EstimateSettings
+        How numbers follow; `minimum_n` is that of the parameters.
+    """
+
+    search: SearchSettings = SEARCH
+    exits: ExitSettings = EXITS
+    estimates: EstimateSettings = DEFAULTS
 
 
 class Analysis:
@@ -52,19 +75,25 @@ class Analysis:
     Parameters
     ----------
     parameters : AnalysisParameters
-        Settings; the defaults are the paper's.
+        What a user sets; the defaults are the paper's.
+    settings : AnalysisSettings
     """
 
-    def __init__(self, parameters: AnalysisParameters | None = None):
+    def __init__(
+        self,
+        parameters: AnalysisParameters | None = None,
+        settings: AnalysisSettings = AnalysisSettings(),
+    ):
         self._parameters = parameters or AnalysisParameters()
+        self._settings = settings
         self._geometries: dict[int, Geometry] = {}
         self._geometry: Geometry | None = None
         self._widths = RunningMedian(WIDTH_BIN_M, WIDTH_BINS)
         self._body = BodySums()
         self._unwrapped = UnwrappedAngle()
         self._unwrapped_in = ("", 0)
-        self._search = WallSearch(self._parameters, RADIUS_MM / MM_PER_M)
-        self._position = RigPosition(self._parameters)
+        self._search = WallSearch(self._parameters, RADIUS_MM / MM_PER_M, settings.search)
+        self._position = RigPosition(self._parameters, settings.exits)
         self._last_ns: int | None = None
         self._read: Sums | None = None
         self.exclusions = Exclusions()
@@ -180,14 +209,15 @@ class Analysis:
         if self._read is None:
             width_m = nan if self._geometry is None else self._geometry.chambers[0].exit_width_m
             lag_s = self._search.correlation.lag_s
-            settings = EstimateSettings(self._parameters.minimum_n)
+            settings = replace(self._settings.estimates, minimum_n=self._parameters.minimum_n)
             self._read = Sums([self.sums()], MM_PER_M * width_m, lag_s, settings)
         return self._read
 
     def _adopt(self, geometry: Geometry) -> None:
         """Rest the estimates on a geometry from the first state on that does, not earlier."""
         if self._geometry is None:
-            self._search = WallSearch(self._parameters, geometry.chambers[0].radius_m)
+            radius_m = geometry.chambers[0].radius_m
+            self._search = WallSearch(self._parameters, radius_m, self._settings.search)
         self._geometry = geometry
 
     def _follow(

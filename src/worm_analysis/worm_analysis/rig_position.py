@@ -3,7 +3,7 @@
 from math import hypot, nan
 
 from worm_analysis.accumulators.passage_sums import PassageSums
-from worm_analysis.events.attempts import Attempts
+from worm_analysis.events.attempts import EXITS, Attempts, ExitSettings
 from worm_analysis.events.contacts import ClosedEpisode
 from worm_analysis.events.exit_region import ExitCorridor
 from worm_analysis.events.visits import Visits
@@ -23,10 +23,6 @@ from worm_msgs_py import (
 from worm_msgs_py.contract.frames import CHAMBER_A, CHAMBER_B
 from worm_msgs_py.units import NS_PER_S
 
-MOST_OF_RADIUS_IN_SKIP = 0.5
-"""A skip is flown nearer to the wall than to the centre."""
-NOISE_IN_ERROR, PIXELS_IN_ERROR = 2.0, 0.5
-"""How far a head in the exit may be from where it is seen: deviations of the noise, or pixels."""
 _CHAMBER_OF = {Where.CHAMBER_A: CHAMBER_A, Where.CHAMBER_B: CHAMBER_B}
 
 
@@ -36,7 +32,8 @@ class RigPosition:
     Parameters
     ----------
     parameters : AnalysisParameters
-        Settings.
+        What a user sets.
+    settings : ExitSettings
 
     Attributes
     ----------
@@ -49,9 +46,10 @@ class RigPosition:
         be told.
     """
 
-    def __init__(self, parameters: AnalysisParameters):
+    def __init__(self, parameters: AnalysisParameters, settings: ExitSettings = EXITS):
+        self._settings = settings
         self._max_gap_ns = round(parameters.max_gap_s * NS_PER_S)
-        self._attempts = Attempts(parameters.stroke_window_s)
+        self._attempts = Attempts(parameters.stroke_window_s, settings)
         self._visits = Visits()
         self._last_ns = 0
         self._geometry: Geometry | None = None
@@ -142,7 +140,8 @@ class RigPosition:
 
     def _is_near_wall(self, item: ClosedEpisode) -> bool:
         """Tell a hop from a way through the middle of the chamber, which skips nothing."""
-        return item.episode.delta_r_m < MOST_OF_RADIUS_IN_SKIP * self._corridor.radius_m
+        deepest_m = self._settings.deepest_skip_in_radii * self._corridor.radius_m
+        return item.episode.delta_r_m < deepest_m
 
     def ended_visits(self) -> list[Event]:
         """Return the visits that have ended, now that all of their contacts were observed."""
@@ -175,7 +174,10 @@ class RigPosition:
             _in_frame(home, state.frame_id, state.centroid),
             state.length_m,
             threshold_m,
-            error_m=max(NOISE_IN_ERROR * noise_m, PIXELS_IN_ERROR / home.px_per_m),
+            error_m=max(
+                self._settings.noise_in_error * noise_m,
+                self._settings.pixels_in_error / home.px_per_m,
+            ),
             in_passage=state.where is Where.PASSAGE,
             through=_CHAMBER_OF.get(state.where, home.name) != home.name,
         )

@@ -8,13 +8,10 @@ import numpy as np
 
 from worm_analysis.accumulators.episode_sums import LengthSums
 from worm_analysis.accumulators.frame_rows import Frames
+from worm_analysis.accumulators.settings import SEARCH, SearchSettings
 from worm_analysis.parameters import AnalysisParameters
 from worm_msgs_py.arrays import Floats, Integers, Mask
 from worm_msgs_py.units import NS_PER_S
-
-OTHER_THRESHOLDS, RELEASE_THRESHOLDS = (0.5, 1.5, 2.0, 3.0), (1.5, 2.0)
-"""Over the one that is set: where a contact begins, and where it ends."""
-SHORTEST_EPISODES_S = (0.1, 0.2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +32,9 @@ class ContactRule:
     min_episode_s: float
 
 
-def threshold_rules(parameters: AnalysisParameters) -> tuple[ContactRule, ...]:
+def threshold_rules(
+    parameters: AnalysisParameters, settings: SearchSettings = SEARCH
+) -> tuple[ContactRule, ...]:
     """Return the paper's rule, one threshold on the radius as it is seen, and others like it.
 
     The others differ from the first in one respect each. The threshold is halved and raised to
@@ -48,15 +47,15 @@ def threshold_rules(parameters: AnalysisParameters) -> tuple[ContactRule, ...]:
         ContactRule(
             f"contact_factor_{contact * part:.4g}", contact * part, release * part, shortest_s
         )
-        for part in (1.0, *OTHER_THRESHOLDS)
+        for part in (1.0, *settings.other_thresholds)
     ]
     rules += [
         ContactRule(f"release_factor_{contact * part:.4g}", contact, contact * part, shortest_s)
-        for part in RELEASE_THRESHOLDS
+        for part in settings.release_thresholds
     ]
     rules += [
         ContactRule(f"min_episode_s_{time_s:.4g}", contact, release, time_s)
-        for time_s in SHORTEST_EPISODES_S
+        for time_s in settings.shortest_episodes_s
     ]
     own = (contact, release, shortest_s)
     others = [

@@ -6,15 +6,13 @@ import numpy as np
 
 from worm_analysis.accumulators.bins import BLOCK_BINS, LENGTH_BIN_M, LENGTH_BINS
 from worm_analysis.accumulators.cycle_directions import CycleDirections
+from worm_analysis.accumulators.settings import SEARCH, SearchSettings
 from worm_analysis.events.contacts import ClosedEpisode
 from worm_analysis.statistics.block_jackknife import BlockSums
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
 from worm_msgs_py import Distribution, EpisodeKind
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.units import NS_PER_S
-
-FAR_PART_OF_RADIUS = 0.15
-"""An excursion that is deeper is not along the wall."""
 
 
 class LengthSums:
@@ -69,6 +67,7 @@ class EpisodeSums:
     ----------
     radius_m : float
         R.
+    settings : SearchSettings
 
     Attributes
     ----------
@@ -81,8 +80,9 @@ class EpisodeSums:
         Reversals from cycle to cycle.
     """
 
-    def __init__(self, radius_m: float) -> None:
+    def __init__(self, radius_m: float, settings: SearchSettings = SEARCH) -> None:
         self._radius_m = radius_m
+        self._deepest_m = settings.deepest_along_wall_radii * radius_m
         self.lengths = LengthSums(radius_m)
         self.delta_r_h = ExcessSums(LENGTH_BIN_M, LENGTH_BINS)
         self._depths_by_time = ExcessBlocks(LENGTH_BIN_M, BLOCK_BINS)
@@ -125,7 +125,7 @@ class EpisodeSums:
         before_ns, before = self._phase_before
         first, last = (-1 if beyond > 0 else 1 for beyond in closed.beyond_rad)
         self._phase_before = (-1 if closed.cut else episode.end_ns, last * closed.turn_rad)
-        if episode.delta_r_m > FAR_PART_OF_RADIUS * self._radius_m:
+        if episode.delta_r_m > self._deepest_m:
             return
         turned = before_ns == episode.start_ns and first * before * closed.turn_rad < 0
         frames = turned + (before_start > 0) / 2 + (after_end > 0) / 2

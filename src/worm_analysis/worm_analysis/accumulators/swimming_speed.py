@@ -3,13 +3,11 @@
 import numpy as np
 
 from worm_analysis.accumulators.frame_rows import Frames
+from worm_analysis.accumulators.settings import SEARCH, SearchSettings
 from worm_analysis.statistics.block_jackknife import BlockSums
 from worm_analysis.statistics.thinned_points import ThinnedPoints
 from worm_msgs_py.arrays import Floats, Integers
 from worm_msgs_py.units import NS_PER_S
-
-LEAST_WINDOW_SEEN = 0.9
-"""A window of which less than this part was seen is left out."""
 
 
 class SpeedLaw:
@@ -28,11 +26,13 @@ class SpeedLaw:
         R.
     window_s : float
         Length of a window.
+    settings : SearchSettings
     """
 
-    def __init__(self, radius_m: float, window_s: float):
+    def __init__(self, radius_m: float, window_s: float, settings: SearchSettings = SEARCH):
         self._radius_m = radius_m
         self._window_ns = round(window_s * NS_PER_S)
+        self._least_ns = settings.least_window_seen * self._window_ns
         self._blocks = BlockSums(3)
         self._stretch = -1
         self._stretch_ns = 0
@@ -70,7 +70,7 @@ class SpeedLaw:
 
     def close(self) -> None:
         """End the window that is open."""
-        if self._last_ns - self._first_ns >= LEAST_WINDOW_SEEN * self._window_ns:
+        if self._last_ns - self._first_ns >= self._least_ns:
             v, n_left, left, n_right, right = self._sums
             s = n_left * np.sin(left / max(n_left, 1.0))
             s += n_right * np.sin(right / max(n_right, 1.0))

@@ -7,7 +7,6 @@ import numpy as np
 
 from worm_analysis.accumulators.bins import LENGTH_BIN_M
 from worm_analysis.accumulators.body_size import BodySums
-from worm_analysis.accumulators.episode_sums import LengthSums
 from worm_analysis.accumulators.exclusions import Exclusions
 from worm_analysis.accumulators.passage_sums import PassageSums
 from worm_analysis.accumulators.wall_search import WallSearch
@@ -16,13 +15,6 @@ from worm_analysis.parameters import AnalysisParameters
 from worm_analysis.statistics.censored_exponential import next_edge
 from worm_msgs_py import Geometry
 from worm_msgs_py.arrays import Floats
-
-STEPS_IN_LIMIT = 1.5
-"""Episodes shorter than this many of the head's advances a frame (or pixels) are not all seen."""
-
-
-NOISE_IN_DEPTH_LIMIT = 3.0
-"""Excursions that are shallower than so many deviations of the noise are not all seen."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,19 +59,20 @@ def trial_sums(
     if rig is None:
         return found
     search.flush()
+    gaps, law, settings = search.gaps, search.contact.law, search.settings
     width_m = parameters.body_width_m or body.median_width()
     threshold_m = parameters.contact_factor * width_m if isfinite(width_m) else 0.0
-    limit_m = _resolution_limit(search.episodes.lengths, rig.pixel_m)
-    limits_m = [_resolution_limit(item, rig.pixel_m) for item in search.sensitivity.lengths]
+    limit_m, *limits_m = (
+        settings.steps_in_limit * max(lengths.step_m, rig.pixel_m)
+        for lengths in (search.episodes.lengths, *search.sensitivity.lengths)
+    )
     found |= search.frames.sums() | search.speed_law.sums() | search.collisions.sums()
     found |= search.correlation.sums() | search.sensitivity.sums(limits_m)
-    gaps = search.gaps
     searched_s = search.observed_s + gaps.bridged_s + gaps.missing_s
     found["search_bridged"] = np.array([[searched_s, gaps.bridged_s]])
     found["search_missing"] = np.array([[searched_s, gaps.missing_s]])
-    law = search.contact.law
     edge_m = law.edge * threshold_m
-    deep_m = (law.touch + NOISE_IN_DEPTH_LIMIT * law.noise) * threshold_m
+    deep_m = (law.touch + settings.noise_in_depth_limit * law.noise) * threshold_m
     depth_limit_m = next_edge(max(rig.pixel_m, threshold_m, edge_m, deep_m), LENGTH_BIN_M)
     found |= search.episodes.sums(limit_m, depth_limit_m)
     found["depth_limit"] = np.array([[1.0, depth_limit_m - edge_m]])
@@ -95,7 +88,3 @@ def trial_sums(
             found["n_s_over_w_s"] = np.array([[search.observed_s, skips[1]]])
             found["w_s"] = np.array([[1.0, hypot(rig.exit_width_m, rig.depth_m)]])
     return found
-
-
-def _resolution_limit(lengths: LengthSums, pixel_m: float) -> float:
-    return STEPS_IN_LIMIT * max(lengths.step_m, pixel_m)

@@ -13,6 +13,7 @@ from worm_analysis.accumulators.direction_correlation import SignCorrelation, la
 from worm_analysis.accumulators.episode_sums import EpisodeSums
 from worm_analysis.accumulators.frame_rows import FrameRows, Frames
 from worm_analysis.accumulators.frame_sums import FrameSums
+from worm_analysis.accumulators.settings import SEARCH, SearchSettings
 from worm_analysis.accumulators.swimming_speed import SpeedLaw
 from worm_analysis.events.contact_state import HiddenContact, ResolvedFrame
 from worm_analysis.events.contacts import Approach, ClosedEpisode, ContactEpisodes
@@ -49,12 +50,15 @@ class WallSearch:
     Parameters
     ----------
     parameters : AnalysisParameters
-        Settings.
+        What a user sets.
     radius_m : float
         R.
+    settings : SearchSettings
 
     Attributes
     ----------
+    settings : SearchSettings
+        As given.
     radius_m : float
         R.
     correlation : SignCorrelation
@@ -77,15 +81,18 @@ class WallSearch:
         The time of the breaks within visits.
     """
 
-    def __init__(self, parameters: AnalysisParameters, radius_m: float):
+    def __init__(
+        self, parameters: AnalysisParameters, radius_m: float, settings: SearchSettings = SEARCH
+    ):
+        self.settings = settings
         self.radius_m = radius_m
         self._max_gap_ns = round(parameters.max_gap_s * NS_PER_S)
         self._max_bridged_s = parameters.max_bridged_s
         self._contact_factor = parameters.contact_factor
-        self.contact = HiddenContact()
+        self.contact = HiddenContact(settings.contact)
         self._chamber = ""
         self._approach = Approach(parameters.incidence_window_s)
-        self._contacts = ContactEpisodes(radius_m, parameters.min_episode_s)
+        self._contacts = ContactEpisodes(radius_m, parameters.min_episode_s, settings.episodes)
         self._speed = AngularSpeed(parameters.theta_dot_window_s)
         self._rows = FrameRows()
         self._stretch = self._approaches = self._searches = 0
@@ -104,10 +111,10 @@ class WallSearch:
         longest_s = parameters.max_bridged_s + parameters.theta_dot_window_s
         self._bridges = DirectionBridges(round(longest_s * NS_PER_S))
         self.frames = FrameSums(radius_m)
-        self.speed_law = SpeedLaw(radius_m, parameters.mean_window_s)
+        self.speed_law = SpeedLaw(radius_m, parameters.mean_window_s, settings)
         self.collisions = Collisions(parameters.theta_dot_window_s)
-        self.episodes = EpisodeSums(radius_m)
-        self.sensitivity = Sensitivity(threshold_rules(parameters), radius_m)
+        self.episodes = EpisodeSums(radius_m, settings)
+        self.sensitivity = Sensitivity(threshold_rules(parameters, settings), radius_m)
         self.observed_s = 0.0
         self.gaps = GapTimes()
 

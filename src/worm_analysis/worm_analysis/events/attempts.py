@@ -10,6 +10,33 @@ from worm_analysis.events.exit_region import ExitCorridor
 from worm_msgs_py import Attempt, StrokePhase
 from worm_msgs_py.units import NS_PER_S
 
+
+@dataclass(frozen=True, slots=True)
+class ExitSettings:
+    """What is told at the exit.
+
+    Attributes
+    ----------
+    noise_in_error, pixels_in_error : float
+        How far a head in the exit may be from where it is seen: deviations of the noise, or pixels,
+        whichever is more.
+    fewest_lengths : int
+        Frames with a length before the head turns back that the phase of the stroke needs.
+    length_slope_errors : float
+        The body grows or shrinks where its length's slope is so many of its standard errors.
+    deepest_skip_in_radii : float
+        A skip is flown nearer to the wall than to the centre.
+    """
+
+    noise_in_error: float = 2.0
+    pixels_in_error: float = 0.5
+    fewest_lengths: int = 5
+    length_slope_errors: float = 2.0
+    deepest_skip_in_radii: float = 0.5
+
+
+EXITS = ExitSettings()
+
 Point = tuple[float, float]
 SeenHead = tuple[int, Point]
 """A stamp in ns, and where the head is then."""
@@ -94,9 +121,11 @@ class Attempts:
     ----------
     stroke_window_s : float
         See `AnalysisParameters`.
+    settings : ExitSettings
     """
 
-    def __init__(self, stroke_window_s: float):
+    def __init__(self, stroke_window_s: float, settings: ExitSettings = EXITS):
+        self._settings = settings
         self._window_ns = round(stroke_window_s * NS_PER_S)
         self._lengths: deque[tuple[int, float]] = deque()
         self._head: SeenHead | None = None
@@ -199,16 +228,17 @@ class Attempts:
     def _go_deeper(self, entry: _Entry, depth_m: float) -> None:
         if depth_m > entry.depth_m:
             entry.depth_m = depth_m
-            entry.phase = stroke_phase(self._lengths)
+            entry.phase = stroke_phase(self._lengths, self._settings)
 
 
-def stroke_phase(lengths: deque[tuple[int, float]]) -> StrokePhase:
+def stroke_phase(lengths: deque[tuple[int, float]], settings: ExitSettings = EXITS) -> StrokePhase:
     """Return the phase of the peristaltic stroke from the body's length over part of a stroke.
 
     Parameters
     ----------
     lengths : deque of (int, float)
         Stamps in ns and lengths in m.
+    settings : ExitSettings
 
     Returns
     -------
@@ -217,7 +247,7 @@ def stroke_phase(lengths: deque[tuple[int, float]]) -> StrokePhase:
         errors, contraction where it falls; unknown otherwise and with fewer than five frames.
     """
     n = len(lengths)
-    if n < 5:
+    if n < settings.fewest_lengths:
         return StrokePhase.UNKNOWN
     first = lengths[0][0]
     t = np.array([(stamp_ns - first) / NS_PER_S for stamp_ns, _ in lengths])
@@ -228,8 +258,8 @@ def stroke_phase(lengths: deque[tuple[int, float]]) -> StrokePhase:
     slope = float(np.sum(t * length)) / spread if spread > 0 else nan
     residual = length - slope * t
     error = sqrt(float(np.sum(residual * residual)) / (n - 2) / spread) if spread > 0 else nan
-    if slope > 2 * error:
+    if slope > settings.length_slope_errors * error:
         return StrokePhase.ELONGATION
-    if slope < -2 * error:
+    if slope < -settings.length_slope_errors * error:
         return StrokePhase.CONTRACTION
     return StrokePhase.UNKNOWN

@@ -5,15 +5,15 @@ from dataclasses import dataclass, field
 from math import inf, nan
 
 from worm_analysis.events.contact_state import ResolvedFrame
-from worm_analysis.events.excursion_depth import ExcursionDepth, RadiusNoise
+from worm_analysis.events.excursion_depth import (
+    CONTACT_EPISODES,
+    EpisodeSettings,
+    ExcursionDepth,
+    RadiusNoise,
+)
 from worm_analysis.kinematics.observables import incidence_angle
 from worm_msgs_py import Episode, EpisodeKind
 from worm_msgs_py.units import NS_PER_S
-
-MAY_TOUCH = 0.02
-"""Probability of contact from which on a frame may be in contact; else where it is seen so near."""
-TURN_DEVIATIONS = 4.0
-"""Of the noise: a way beyond the ends of an episode that is longer is the head's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,6 +126,7 @@ class _Run:
     depths: ExcursionDepth
     edge_m: float
     clear_m: float
+    may_touch: float
     in_mouth: bool = False
     touch: tuple[int, float] | None = None
     may_touch_rad: float = nan
@@ -146,7 +147,7 @@ class _Run:
         self.high_rad = max(self.high_rad, frame.theta_rad)
         self.in_mouth &= frame.in_mouth
         is_near = frame.depth_m < self.edge_m and not frame.in_mouth
-        if (is_near or frame.share > MAY_TOUCH) and self.may_touch_rad != self.may_touch_rad:
+        if (is_near or frame.share > self.may_touch) and self.may_touch_rad != self.may_touch_rad:
             self.may_touch_rad = frame.theta_rad
         if self.kind is EpisodeKind.FREE:
             self.depths.push(frame.depth_m)
@@ -163,12 +164,15 @@ class _Run:
             self.may_touch_rad = other.may_touch_rad
         self.expectation.join(other.expectation)
 
-    def beyond(self, end_rad: float, frames: int, noise_rad: float) -> tuple[float, float]:
-        """Return how far θ_h went beyond start and end, 0 where no turn is told."""
+    def beyond(self, end_rad: float, frames: int, least_rad: float) -> tuple[float, float]:
+        """Return how far θ_h went beyond start and end, 0 where no turn is told.
+
+        That is where it is less than on average in a frame, or than `least_rad`.
+        """
         above = self.high_rad - max(self.start_rad, end_rad)
         below = min(self.start_rad, end_rad) - self.low_rad
         way_rad = abs(end_rad - self.start_rad) + 2 * (max(above, 0.0) + max(below, 0.0))
-        least = max(TURN_DEVIATIONS * noise_rad, way_rad / max(frames, 1))
+        least = max(least_rad, way_rad / max(frames, 1))
         above, below = (way if way > least else 0.0 for way in (above, below))
         return (below, above) if end_rad >= self.start_rad else (above, below)
 
@@ -214,6 +218,7 @@ class ContactEpisodes:
         R, which turns Δθ_h into a distance along the wall.
     min_episode_s : float
         See `AnalysisParameters`.
+    settings : EpisodeSettings
 
     Attributes
     ----------
@@ -223,8 +228,11 @@ class ContactEpisodes:
         R − r_h where contact ends, without noise.
     """
 
-    def __init__(self, radius_m: float, min_episode_s: float):
+    def __init__(
+        self, radius_m: float, min_episode_s: float, settings: EpisodeSettings = CONTACT_EPISODES
+    ):
         self._radius_m = radius_m
+        self._settings = settings
         self.noise, self.edge_m = RadiusNoise(), 0.0
         self._min_ns = round(min_episode_s * NS_PER_S)
         self._chamber = ""
@@ -283,10 +291,12 @@ class ContactEpisodes:
 
     def _begin(self, kind: EpisodeKind, frame: ResolvedFrame) -> _Run:
         stamp_ns, theta_rad = frame.stamp_ns, frame.theta_rad
-        depths = ExcursionDepth(self.noise)
+        depths = ExcursionDepth(self.noise, self._settings)
         at = stamp_ns, theta_rad
         clear_m = self.edge_m - self.noise.deviation_m
-        run = _Run(kind, *at, *at, depths, self.edge_m, clear_m, frame.in_mouth)
+        run = _Run(
+            kind, *at, *at, depths, self.edge_m, clear_m, self._settings.may_touch, frame.in_mouth
+        )
         run.take(frame)
         return run
 
@@ -343,6 +353,7 @@ class ContactEpisodes:
     ) -> ClosedEpisode:
         turn_rad = end_rad - run.start_rad
         in_contact = run.kind is EpisodeKind.CONTACT
+        noise_rad = self.noise.deviation_m / self._radius_m
         episode = Episode(
             chamber=self._chamber,
             kind=run.kind,
@@ -365,5 +376,5 @@ class ContactEpisodes:
             run.expectation.told(1.0 if turn_rad >= 0 else -1.0),
             run.touch or (run.start_ns, run.start_rad),
             run.may_touch_rad,
-            run.beyond(end_rad, frames, self.noise.deviation_m / self._radius_m),
+            run.beyond(end_rad, frames, self._settings.turn_deviations * noise_rad),
         )

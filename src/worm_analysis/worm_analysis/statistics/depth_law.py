@@ -35,6 +35,18 @@ class DepthLawSettings:
         the whole law impossible.
     most_noise_thresholds : float
         With more noise contact is not told from excursions.
+    touch_within : (float, float)
+        Between which the mean in contact is sought, in thresholds: a wall may be drawn as far out
+        of its place.
+    first_touch_within : (float, float)
+        Between which the fit begins, where most depths are: no excursion is as shallow on average.
+    first_touch_span : float
+        Depths that lie together where it begins.
+    excursion_within : (float, float)
+        Between which the mean excursion is sought, in thresholds.
+    share_within : (float, float)
+        Between which the part of the time in contact is sought: with all of it the law out of
+        contact would be anything.
     most_kept : float
         Of noise, from frame to frame: what stays longer is motion as much as noise.
     rounds : int
@@ -46,6 +58,11 @@ class DepthLawSettings:
     stray_within: tuple[float, float] = (0.002, 0.3)
     far_within: tuple[float, float] = (0.005, 0.5)
     most_noise_thresholds: float = 1.0
+    touch_within: tuple[float, float] = (-2.0, 1.0)
+    first_touch_within: tuple[float, float] = (-2.0, 1.5)
+    first_touch_span: float = 1 / 3
+    excursion_within: tuple[float, float] = (1.0, 40.0)
+    share_within: tuple[float, float] = (0.02, 0.98)
     most_kept: float = 0.9
     rounds: int = 60
 
@@ -133,23 +150,26 @@ def fit_depth_law(
         Frames that are deeper than all bins, and the sum of their depths.
     kept : float
         The noise's correlation from frame to frame.
+    settings : DepthLawSettings
     """
     depth = (np.arange(FIRST_BIN, LAST_BIN) + 0.5) / BINS_PER_THRESHOLD
     held = counts > 0
     depth, counts = depth[held], counts[held]
-    near = (depth > -2.0) & (depth < 1.5)
+    least, most = settings.first_touch_within
+    near = (depth > least) & (depth < most)
     if not near.any():
         return DepthLaw(kept=kept)
-    law = replace(DepthLaw(), touch=_densest(depth[near], counts[near]), kept=kept)
+    first_touch = _densest(depth[near], counts[near], settings.first_touch_span)
+    law = replace(DepthLaw(), touch=first_touch, kept=kept)
     for _ in range(settings.rounds):
         law = _better(law, depth, counts, (float(beyond[0]), float(beyond[1])), settings)
     return law
 
 
-def _densest(depth: Floats, counts: Floats) -> float:
-    """Return where most depths lie within a third of a threshold."""
+def _densest(depth: Floats, counts: Floats, span: float) -> float:
+    """Return where most depths lie within a span."""
     total = np.concatenate([[0.0], np.cumsum(counts)])
-    ends = np.searchsorted(depth, depth + 1 / 3)
+    ends = np.searchsorted(depth, depth + span)
     at = int(np.argmax(total[ends] - total[:-1]))
     part = slice(at, int(ends[at]))
     return float(np.average(depth[part], weights=counts[part]))
@@ -181,14 +201,18 @@ def _better(
     prior = settings.prior_weight * n
     strays = n_stray + prior * settings.likely_stray
     return DepthLaw(
-        min(max(touch, -2.0), 1.0),
-        min(max(noise, LEAST_NOISE), settings.most_noise_thresholds),
-        min(max(over / max(n_near, 1.0), 1.0), 40.0),
-        min(max((n + n_stray) / (float(counts.sum()) + deep), 0.02), 0.98),
+        _within(settings.touch_within, touch),
+        _within((LEAST_NOISE, settings.most_noise_thresholds), noise),
+        _within(settings.excursion_within, over / max(n_near, 1.0)),
+        _within(settings.share_within, (n + n_stray) / (float(counts.sum()) + deep)),
         law.kept,
-        float(np.clip(strays / (n + n_stray + prior), *settings.stray_within)),
-        float(np.clip(n_far / max(n_near + n_far, 1.0), *settings.far_within)),
+        _within(settings.stray_within, strays / (n + n_stray + prior)),
+        _within(settings.far_within, n_far / max(n_near + n_far, 1.0)),
     )
+
+
+def _within(ends: tuple[float, float], value: float) -> float:
+    return min(max(value, ends[0]), ends[1])
 
 
 def _left_normal(law: DepthLaw, depth: Floats, normal: Floats) -> tuple[float, float]:
