@@ -7,6 +7,8 @@ from scipy.special import betaincinv, chdtri
 Interval = tuple[float, float, float]
 """Value, low, high; NaN where it cannot be had."""
 NOTHING: Interval = (nan, nan, nan)
+SD_OF_MAD = 1.4826
+"""Of normal noise: its standard deviation over its median distance from the median."""
 NORMAL_95 = 1.959964
 """Standard deviations of a normal law on either side of its mean that hold 95 %."""
 _TAIL = 0.025

@@ -14,7 +14,7 @@ from worm_bringup.cli import calibrate as command
 from worm_bringup.cli.app import app
 from worm_bringup.rig.rig_file import read_rig
 from worm_msgs_py.ros.network import Reach, dds_settings
-from worm_tracker.calibration.calibrate_pictures import COMMON_EDGE_SD_PX
+from worm_tracker.calibration.calibrate import CALIBRATION
 
 BAGS = Path(__file__).parents[3] / "bags"
 
@@ -43,7 +43,7 @@ def test_a_replay_with_the_file_gives_the_tracks_of_one_without(tmp_path, bag, p
     with_file, without = tracks
     assert with_file["status"] == without["status"]
     rig = read_rig([tmp_path / "rig.yaml"]).of("tracker")
-    within_px = 3.0 * hypot(COMMON_EDGE_SD_PX, COMMON_EDGE_SD_PX)  # of centre and radius
+    within_px = 3.0 * hypot(*2 * (CALIBRATION.common_to_pictures_sd_px,))  # of centre and radius
     within_mm = within_px * 1e3 * rig["radius_m"] / rig["radius_px"]
     for point in ("head", "centroid", "tail"):
         for axis in "uv":

@@ -9,16 +9,15 @@ import numpy as np
 from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.errors import NoChamberFound, TrackerError
-from worm_tracker.calibration.calibrate import calibrate, passage_length
+from worm_msgs_py.intervals import SD_OF_MAD
+from worm_tracker.calibration.calibrate import (
+    CALIBRATION,
+    CalibrationSettings,
+    calibrate,
+    passage_length,
+)
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.polarity import Polarity, dark_on_bright
-
-MOST_MOVE_PX = 0.5
-"""Pictures whose walls lie farther apart show a rig that moves; fits of one rig agree to 0.1 px."""
-COMMON_EDGE_SD_PX = 0.02
-"""What all pictures have in common of the error of an edge: that of the half-height. Measured on
-simulated pictures with noise of 3 grey levels and a blur of 0.6 to 2 px."""
-_SD_OF_MAD = 1.4826
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +42,10 @@ class PicturesCalibration:
 
 
 def calibrate_pictures(
-    pictures: Sequence[Picture], parameters: TrackerParameters, polarity: Polarity | None = None
+    pictures: Sequence[Picture],
+    parameters: TrackerParameters,
+    polarity: Polarity | None = None,
+    settings: CalibrationSettings = CALIBRATION,
 ) -> PicturesCalibration:
     """Find polarity, walls, exits and scale in pictures of one rig that stands still.
 
@@ -55,6 +57,7 @@ def calibrate_pictures(
         What is given is not looked for; its polarity is not used.
     polarity : Polarity, optional
         Where it is known.
+    settings : CalibrationSettings
 
     Raises
     ------
@@ -64,7 +67,7 @@ def calibrate_pictures(
         Both polarities show a chamber; or the rig moves between the pictures.
     """
     found = {
-        each: _geometries(pictures, replace(parameters, polarity=each))
+        each: _geometries(pictures, replace(parameters, polarity=each), settings)
         for each in ((polarity,) if polarity is not None else tuple(Polarity))
     }
     enough = [each for each, geometries in found.items() if 2 * len(geometries) > len(pictures)]
@@ -83,23 +86,27 @@ def calibrate_pictures(
     counts = [len(geometry.chambers) for geometry in geometries]
     usual = max(set(counts), key=counts.count)
     alike = [geometry for geometry in geometries if len(geometry.chambers) == usual]
-    chambers = tuple(_median_chamber([each.chambers[k] for each in alike]) for k in range(usual))
+    views = zip(*(geometry.chambers for geometry in alike), strict=True)
+    chambers = tuple(_median_chamber(views_of_one, settings) for views_of_one in views)
     length_m = passage_length(chambers, parameters)
     geometry = replace(alike[0], chambers=chambers, passage_length_m=length_m)
     return PicturesCalibration(enough[0], geometry, len(alike), len(pictures))
 
 
-def _geometries(pictures: Sequence[Picture], parameters: TrackerParameters) -> list[Geometry]:
+def _geometries(
+    pictures: Sequence[Picture], parameters: TrackerParameters, settings: CalibrationSettings
+) -> list[Geometry]:
     found = []
     for picture in pictures:
         try:
-            found.append(calibrate(dark_on_bright(picture, parameters.polarity), parameters, 0))
+            dark = dark_on_bright(picture, parameters.polarity)
+            found.append(calibrate(dark, parameters, 0, settings))
         except NoChamberFound:
             continue
     return found
 
 
-def _median_chamber(seen: list[Chamber]) -> Chamber:
+def _median_chamber(seen: Sequence[Chamber], settings: CalibrationSettings) -> Chamber:
     """Return the medians of one chamber over the pictures, and what they are uncertain by.
 
     Raises
@@ -110,7 +117,7 @@ def _median_chamber(seen: list[Chamber]) -> Chamber:
     u, v = _values(seen, "centre_u_px"), _values(seen, "centre_v_px")
     radius, radius_sd = _median(seen, "radius_px", "radius_sd_px")
     off_px = float(np.hypot(u - np.median(u), v - np.median(v)).max())
-    if off_px > MOST_MOVE_PX:
+    if off_px > settings.most_move_px:
         raise TrackerError(
             f"the wall of {seen[0].name} lies up to {off_px:.1f} px from where most pictures show "
             "it: a rig file is for a camera that stands still; a replay without circles in it "
@@ -125,15 +132,17 @@ def _median_chamber(seen: list[Chamber]) -> Chamber:
         centre_v_px=float(np.median(v)),
         radius_px=radius,
         residual_px=float(np.median(_values(seen, "residual_px"))),
-        centre_sd_px=hypot(COMMON_EDGE_SD_PX, centre_sd),
-        radius_sd_px=hypot(COMMON_EDGE_SD_PX, radius_sd),
+        centre_sd_px=hypot(settings.common_to_pictures_sd_px, centre_sd),
+        radius_sd_px=hypot(settings.common_to_pictures_sd_px, radius_sd),
     )
     if 2 * len(open_) <= len(seen):
         return replace(agreed, exit_width_m=nan, exit_width_sd_m=nan, exit_sd_rad=nan)
-    return with_agreed_exit(agreed, open_)
+    return with_agreed_exit(agreed, open_, settings)
 
 
-def with_agreed_exit(chamber: Chamber, seen: Sequence[Chamber]) -> Chamber:
+def with_agreed_exit(
+    chamber: Chamber, seen: Sequence[Chamber], settings: CalibrationSettings
+) -> Chamber:
     """Return a chamber with the exit that looks at it agree on: medians, and their uncertainty.
 
     Parameters
@@ -141,6 +150,7 @@ def with_agreed_exit(chamber: Chamber, seen: Sequence[Chamber]) -> Chamber:
     chamber : Chamber
     seen : sequence of Chamber
         The same one, with the exit that each look showed.
+    settings : CalibrationSettings
     """
     width_m, width_sd_m = _median(seen, "exit_width_m", "exit_width_sd_m")
     turns = _values(seen, "exit_rad")
@@ -149,7 +159,7 @@ def with_agreed_exit(chamber: Chamber, seen: Sequence[Chamber]) -> Chamber:
     return replace(
         chamber,
         exit_rad=float(turns[0] + np.median(off_rad)),
-        exit_sd_rad=hypot(COMMON_EDGE_SD_PX / chamber.radius_px, turn_sd),
+        exit_sd_rad=hypot(settings.common_to_pictures_sd_px / chamber.radius_px, turn_sd),
         exit_width_m=width_m,
         exit_width_sd_m=width_sd_m,
     )
@@ -170,4 +180,4 @@ def _values(chambers: Sequence[Chamber], name: str) -> Floats:
 
 def _robust_sd(values: Floats) -> float:
     """Return the standard deviation that the median distance from the median tells."""
-    return float(_SD_OF_MAD * np.median(np.abs(values - np.median(values))))
+    return float(SD_OF_MAD * np.median(np.abs(values - np.median(values))))

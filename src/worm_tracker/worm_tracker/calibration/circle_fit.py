@@ -7,11 +7,7 @@ import numpy as np
 from scipy import ndimage, optimize
 
 from worm_msgs_py.arrays import Floats, Floats32, Picture
-
-_COARSE_RAYS = 720
-_FINE_RAYS = 1440
-_FINE_STEP_PX = 0.25
-_CONSENSUS_DRAWS = 600
+from worm_msgs_py.intervals import SD_OF_MAD
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +40,30 @@ class CircleFitSettings:
     most_residual_px: float = 0.7
     most_residual_over_radius: float = 0.004
     """RMS distance of the edges from the circle beyond both of which the wall is none."""
+    coarse_rays: int = 720
+    fine_rays: int = 1440
+    """Rays on which the wall is looked for, before the circle is known to a pixel, and after."""
+    coarse_smoothing_px: float = 1.5
+    """Before: noise is no step."""
+    fine_step_px: float = 0.25
+    """Distance of the samples on a ray after."""
+    fine_reach_over_radius: float = 0.03
+    fine_reach_px: tuple[float, float] = (6.0, 14.0)
+    """How far to either side of the circle a ray goes then, within bounds: beyond the blur."""
+    fine_smoothing_steps: float = 3.0
+    """Along it, in its steps."""
+    plateau_rays: int = 31
+    """Rays over which the brightness of water and wall is steadied."""
+    consensus_draws: int = 600
+    """Circles through three edges each that are tried: a third of the edges may be the wall's."""
+    most_off_guess_px: float = 2.0
+    """Edges farther from the circle that most agree with are not used, unless too few are left."""
+    soft_residual_px: float = 0.3
+    """Distance from which on an edge pulls less than with its square."""
+    most_off_fit_sd: float = 3.0
+    least_sd_px: float = 0.05
+    """Edges farther from the fit than so many robust deviations, of so much at least, are dropped
+    at the end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +152,7 @@ def fit_circle(
         if guess is None or not _plausible(guess, picture, settings):
             return None
         edges = _fine_edges(picture, guess, settings)
-        if len(edges) < settings.least_coverage * _FINE_RAYS:
+        if len(edges) < settings.least_coverage * settings.fine_rays:
             return None
         start = _consensus(edges, settings.fine_tolerance_px, settings) or guess
         guess = _least_squares(edges, start, settings)
@@ -154,7 +174,7 @@ def refit_circle(
     settings : CircleFitSettings
     """
     edges = _fine_edges(picture, circle, settings)
-    if len(edges) < settings.least_coverage * _FINE_RAYS:
+    if len(edges) < settings.least_coverage * settings.fine_rays:
         return None
     fitted = _least_squares(edges, circle, settings)
     return fitted if _is_wall(fitted, picture, settings) else None
@@ -202,8 +222,8 @@ def _coarse_edges(
 ) -> Floats:
     """Return, on each ray, the point of the steepest fall from bright to dark."""
     reach = int(np.hypot(*picture.shape))
-    angles = np.linspace(0, 2 * np.pi, _COARSE_RAYS, endpoint=False)
-    smooth = np.asarray(cv2.GaussianBlur(picture, (0, 0), 1.5), np.uint8)
+    angles = np.linspace(0, 2 * np.pi, settings.coarse_rays, endpoint=False)
+    smooth = np.asarray(cv2.GaussianBlur(picture, (0, 0), settings.coarse_smoothing_px), np.uint8)
     around = FittedCircle(inside[0], inside[1], 0.0)
     radii = np.arange(0.0, reach)
     profiles = radial_profiles(smooth, around, radii, angles)
@@ -213,7 +233,7 @@ def _coarse_edges(
         high = (step > settings.least_step_grey) & (step > settings.least_step_over_water * level)
         step = np.where(high, step, 0.0)
     best = np.argmax(step, axis=1)
-    seen = step[np.arange(_COARSE_RAYS), best] > 0
+    seen = step[np.arange(len(best)), best] > 0
     r = best[seen] + 2.0
     return np.stack(
         [inside[0] + r * np.cos(angles[seen]), inside[1] - r * np.sin(angles[seen])], axis=1
@@ -224,10 +244,10 @@ def _consensus(
     points: Floats, tolerance: float, settings: CircleFitSettings
 ) -> FittedCircle | None:
     """Return the circle through three points that most points agree with (RANSAC, seeded)."""
-    if len(points) < _COARSE_RAYS // 4:
+    if len(points) < settings.coarse_rays // 4:
         return None
     rng = np.random.default_rng(0)
-    triples = points[rng.integers(0, len(points), (_CONSENSUS_DRAWS, 3))]
+    triples = points[rng.integers(0, len(points), (settings.consensus_draws, 3))]
     a, b, c = triples[:, 0], triples[:, 1] - triples[:, 0], triples[:, 2] - triples[:, 0]
     det = 2 * (b[:, 0] * c[:, 1] - b[:, 1] * c[:, 0])
     usable = np.abs(det) > 1.0
@@ -239,7 +259,7 @@ def _consensus(
     centres = a + np.stack([x, y], axis=1)
     distance = np.hypot(*(points[None] - centres[:, None]).transpose(2, 0, 1))
     votes = (np.abs(distance - radii[:, None]) < tolerance).sum(1)
-    if not len(votes) or votes.max() < settings.least_coverage * _COARSE_RAYS / 2:
+    if not len(votes) or votes.max() < settings.least_coverage * settings.coarse_rays / 2:
         return None
     best = int(np.argmax(votes))
     return FittedCircle(float(centres[best, 0]), float(centres[best, 1]), float(radii[best]))
@@ -247,14 +267,18 @@ def _consensus(
 
 def _fine_edges(picture: Picture, circle: FittedCircle, settings: CircleFitSettings) -> Floats:
     """Return the half-height points of the wall around a circle that is right to a few pixels."""
-    reach = float(np.clip(0.03 * circle.radius, 6.0, 14.0))
-    radii = circle.radius + np.arange(-reach, reach + 0.01, _FINE_STEP_PX)
-    angles = np.linspace(0, 2 * np.pi, _FINE_RAYS, endpoint=False)
+    fine = settings.fine_step_px
+    reach = settings.fine_reach_over_radius * circle.radius
+    reach = float(np.clip(reach, *settings.fine_reach_px))
+    radii = circle.radius + np.arange(-reach, reach + 0.01, fine)
+    angles = np.linspace(0, 2 * np.pi, settings.fine_rays, endpoint=False)
     profiles = radial_profiles(picture, circle, radii, angles)
-    profiles = ndimage.gaussian_filter1d(profiles, 3.0, axis=1, mode="nearest")
+    profiles = ndimage.gaussian_filter1d(
+        profiles, settings.fine_smoothing_steps, axis=1, mode="nearest"
+    )
     quarter = len(radii) // 5
-    water = _plateau(profiles[:, :quarter])
-    wall = _plateau(profiles[:, -quarter:])
+    water = _plateau(profiles[:, :quarter], settings)
+    wall = _plateau(profiles[:, -quarter:], settings)
     half = (water + wall) / 2
     with np.errstate(invalid="ignore"):
         above = profiles > half[:, None]
@@ -265,32 +289,36 @@ def _fine_edges(picture: Picture, circle: FittedCircle, settings: CircleFitSetti
     ok &= (falls.sum(1) == 1) & np.isfinite(profiles).all(1)
     row, k = np.flatnonzero(ok), np.argmax(falls[ok], axis=1)
     high, low = profiles[row, k], profiles[row, k + 1]
-    r = radii[k] + _FINE_STEP_PX * (high - half[row]) / (high - low)
+    r = radii[k] + fine * (high - half[row]) / (high - low)
     return np.stack(
         [circle.u + r * np.cos(angles[row]), circle.v - r * np.sin(angles[row])], axis=1
     )
 
 
-def _plateau(part: Floats32) -> Floats32:
+def _plateau(part: Floats32, settings: CircleFitSettings) -> Floats32:
     """Return the plateau's brightness on each ray, steadied over neighbouring rays."""
-    level = ndimage.median_filter(np.nan_to_num(part.mean(1)), 31, mode="wrap")
+    means = np.nan_to_num(part.mean(1))
+    level = ndimage.median_filter(means, settings.plateau_rays, mode="wrap")
     return np.asarray(level, np.float32)
 
 
 def _least_squares(
     points: Floats, guess: FittedCircle, settings: CircleFitSettings
 ) -> FittedCircle:
-    """Fit a circle robustly; outliers beyond three robust deviations are dropped at the end."""
+    """Fit a circle robustly; outliers are dropped at the end."""
 
     def residuals(p: Floats, use: Floats) -> Floats:
         return np.asarray(np.hypot(use[:, 0] - p[0], use[:, 1] - p[1]) - p[2])
 
     start = np.array([guess.u, guess.v, guess.radius])
-    near = np.abs(residuals(start, points)) < 2.0
+    near = np.abs(residuals(start, points)) < settings.most_off_guess_px
     points = points[near] if near.sum() > settings.least_coverage * len(points) else points
-    fit = optimize.least_squares(residuals, start, loss="soft_l1", f_scale=0.3, args=(points,))
+    fit = optimize.least_squares(
+        residuals, start, loss="soft_l1", f_scale=settings.soft_residual_px, args=(points,)
+    )
     off = np.abs(residuals(fit.x, points))
-    keep = points[off < 3 * max(1.4826 * float(np.median(off)), 0.05)]
+    sd_px = max(SD_OF_MAD * float(np.median(off)), settings.least_sd_px)
+    keep = points[off < settings.most_off_fit_sd * sd_px]
     fit = optimize.least_squares(residuals, fit.x, args=(keep,))
     rms = float(np.sqrt(np.mean(fit.fun**2)))
     jacobian = np.asarray(fit.jac)
@@ -303,5 +331,5 @@ def _least_squares(
         residual=rms,
         centre_sd=float(np.hypot(sd[0], sd[1])),
         radius_sd=float(sd[2]),
-        coverage=len(keep) / _FINE_RAYS,
+        coverage=len(keep) / settings.fine_rays,
     )

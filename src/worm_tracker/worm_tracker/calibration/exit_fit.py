@@ -20,17 +20,31 @@ class ExitFitSettings:
     common_edge_sd_px: float = 0.03
     """What all radii have in common of an edge's error: that of the half-height. Measured on
     simulated pictures with noise of 3 grey levels and a blur of 0.6 to 2 px."""
+    water_over_radius: float = 0.97
+    water_before_that_px: float = 6.0
+    """Where the water before an exit is taken: clear of the wall's blur, near enough to be lit as
+    the exit is. A worm there falsifies W."""
+    first_beyond_wall_px: float = 3.0
+    circles: int = 6
+    circle_step_over_radius: float = 0.0125
+    circle_step_px: tuple[float, float] = (1.0, 5.0)
+    """Circles on which the passage's edges are taken: from beyond the wall's blur on, as far apart
+    as the picture is fine, within bounds."""
+    wall_quantile: float = 0.2
+    """Of the brightness on these circles, that is taken for the wall's at first: an exit takes a
+    small part of them."""
+    angle_smoothing_rays: float = 1.5
+    """Along a circle, in rays, two of which are a pixel of the wall."""
 
+    def water_radius_px(self, wall_radius_px: float) -> float:
+        """Return the radius at which the water before an exit is taken."""
+        return self.water_over_radius * wall_radius_px - self.water_before_that_px
 
-def water_radius_px(wall_radius_px: float) -> float:
-    """Return the radius at which the water before an exit is taken: a worm there falsifies W."""
-    return 0.97 * wall_radius_px - 6.0
-
-
-def passage_radii_px(wall_radius_px: float) -> Floats:
-    """Return the radii, just outside the wall, at which the passage's edges are taken."""
-    step = float(np.clip(0.0125 * wall_radius_px, 1.0, 5.0))
-    return wall_radius_px + np.arange(3.0, 3.0 + 6 * step, step)
+    def passage_radii_px(self, wall_radius_px: float) -> Floats:
+        """Return the radii, just outside the wall, at which the passage's edges are taken."""
+        step = float(np.clip(self.circle_step_over_radius * wall_radius_px, *self.circle_step_px))
+        first = self.first_beyond_wall_px
+        return wall_radius_px + np.arange(first, first + self.circles * step, step)
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,21 +76,22 @@ def find_exit(
     asin(W/2r) to either side of its axis, wherever the half-height between water and wall is
     passed; the axis and the width are the means over the radii.
     """
-    radii = passage_radii_px(circle.radius)
+    radii = settings.passage_radii_px(circle.radius)
     n = int(np.ceil(2 * np.pi * circle.radius * 2))
     angles = np.linspace(0, 2 * np.pi, n, endpoint=False)
     outside = radial_profiles(picture, circle, radii, angles)
     water = np.nanmedian(radial_profiles(picture, circle, np.array([0.93 * circle.radius]), angles))
-    wall = np.nanquantile(outside, 0.2)
+    wall = np.nanquantile(outside, settings.wall_quantile)
     if not np.isfinite(water) or water - wall < 1:
         return None
     half = float(water + wall) / 2
     filled = np.where(np.isfinite(outside), outside, np.float32(wall)).astype(np.float64)
-    smooth = ndimage.gaussian_filter1d(filled, 1.5, axis=0, mode="wrap")
+    smooth = ndimage.gaussian_filter1d(filled, settings.angle_smoothing_rays, axis=0, mode="wrap")
     start, stop = _widest_gap(smooth.mean(1) > half, angles)
     if stop <= start:
         return None
-    half = _local_half(picture, circle, smooth, start, stop, angles)
+    near = settings.water_radius_px(circle.radius)
+    half = _local_half(picture, circle, near, smooth, (start, stop), angles)
     found = [_gap_edges(smooth[:, k], half, start, stop, angles) for k in range(len(radii))]
     pairs = np.array([pair for pair in found if pair is not None]).reshape(-1, 2)
     used = radii[[pair is not None for pair in found]]
@@ -117,13 +132,18 @@ def _widest_gap(open_: Mask, angles: Floats) -> tuple[int, int]:
 
 
 def _local_half(
-    picture: Picture, circle: FittedCircle, rings: Floats, start: int, stop: int, angles: Floats
+    picture: Picture,
+    circle: FittedCircle,
+    water_radius: float,
+    rings: Floats,
+    gap: tuple[int, int],
+    angles: Floats,
 ) -> float:
     """Return the half-height between the water and the wall on either side of a gap."""
+    start, stop = gap
     n, width = len(angles), stop - start
     inside = angles[np.arange(start, stop + 1) % n]
-    near = np.array([water_radius_px(circle.radius)])
-    water = np.nanmedian(radial_profiles(picture, circle, near, inside))
+    water = np.nanmedian(radial_profiles(picture, circle, np.array([water_radius]), inside))
     reach = max(16, width // 2)
     beside = [np.arange(start - reach, start - 8), np.arange(stop + 9, stop + reach + 1)]
     wall = np.median(rings[np.concatenate(beside) % n])

@@ -7,6 +7,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
 from worm_msgs_py.contract.chamber import Chamber, Geometry
+from worm_msgs_py.intervals import SD_OF_MAD
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +83,7 @@ class MotionDetector:
         self._start[~valid] = np.nan
         known = self._start[valid]
         spread = float(np.median(np.abs(known - np.median(known)))) if len(known) else 0.0
-        self._least = max(settings.least_move_px, 0.5 * 1.4826 * spread)
+        self._least = max(settings.least_move_px, 0.5 * SD_OF_MAD * spread)
 
     def moved(self, picture: Picture) -> bool:
         """Tell whether the rig is elsewhere in the picture than it was."""

@@ -21,8 +21,6 @@ from worm_tracker.calibration.circle_fit import FittedCircle, fit_circle, refit_
 from worm_tracker.calibration.exit_fit import (
     FittedExit,
     find_exit,
-    passage_radii_px,
-    water_radius_px,
 )
 from worm_tracker.calibration.motion_detector import MotionDetector, MotionDetectorSettings
 from worm_tracker.parameters import TrackerParameters
@@ -187,7 +185,7 @@ class RigMonitor:
             return seen
         if len(looks) < settings.least_looks:
             return chamber
-        agreed = with_agreed_exit(chamber, looks)
+        agreed = with_agreed_exit(chamber, looks, settings.calibration)
         off_m = max(abs(agreed.exit_width_m - chamber.exit_width_m), agreed.exit_width_sd_m)
         believed = off_m * chamber.px_per_m < settings.most_exit_width_off_px
         return chamber if believed else agreed
@@ -308,9 +306,10 @@ class RigMonitor:
         margin = self._settings.clear_of_exit_px / chamber.px_per_m
         r, aside = np.hypot(x, y), np.abs(y) - chamber.exit_width_m / 2
         beside = (r > chamber.radius_m - margin) & (aside < 4 * margin)
-        water_m = water_radius_px(chamber.radius_px) / chamber.px_per_m - margin
+        exits = self._settings.calibration.exit
+        water_m = exits.water_radius_px(chamber.radius_px) / chamber.px_per_m - margin
         before = (r > water_m) & (aside < 0)
-        farthest_m = passage_radii_px(chamber.radius_px)[-1] / chamber.px_per_m + margin
+        farthest_m = exits.passage_radii_px(chamber.radius_px)[-1] / chamber.px_per_m + margin
         near = (x > 0) & (r < farthest_m)  # the other chamber lies in line with the passage
         return not bool((near & (beside | before)).any())
 

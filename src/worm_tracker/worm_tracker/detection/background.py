@@ -33,6 +33,9 @@ class BackgroundSettings:
     """Brightness over the background's beyond which a picture is no view of the rig."""
     gain_change_ignored: float = 0.002
     """Gain that is no change: less than a grey level."""
+    glare_over_clear_grey: int = 20
+    """Grey levels above the rig's own light from which what saturates is glare. Where clear water
+    itself is about white nothing is glare: a worm is dark there as everywhere."""
     dim: DimPlacesSettings = field(default_factory=DimPlacesSettings)
 
 
@@ -70,7 +73,8 @@ class Background:
         settings: BackgroundSettings,
     ) -> None:
         self._settings = settings
-        self.limit = glare_limit(np.rint(empty).astype(np.uint8))
+        clear_grey = np.rint(empty).astype(np.uint8)
+        self.limit = glare_limit(clear_grey, settings.glare_over_clear_grey)
         masked = (worm > 0) | (picture > self.limit)
         self._mean = np.where(masked, empty, picture).astype(np.float32)
         self._count = np.where(masked, 0, 1).astype(np.float32)

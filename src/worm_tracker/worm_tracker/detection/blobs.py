@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Floats, Picture
+from worm_msgs_py.intervals import SD_OF_MAD
 from worm_tracker.midline.curve import transformed_points
 
 Window = tuple[slice, slice]
@@ -225,7 +226,7 @@ def smoothed(signal: Picture) -> Picture:
 def noise_sd(signal: NDArray[np.int16]) -> float:
     """Return the robust standard deviation of a signal that is mostly noise about zero."""
     sparse = signal.ravel()[:: max(1, signal.size // 20000)].astype(np.float64)
-    return max(1.4826 * float(np.median(np.abs(sparse - np.median(sparse)))), 0.5)
+    return max(SD_OF_MAD * float(np.median(np.abs(sparse - np.median(sparse)))), 0.5)
 
 
 def first_threshold(signal: Picture, noise: float, settings: BlobSettings) -> float:

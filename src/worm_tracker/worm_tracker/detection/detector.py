@@ -216,7 +216,8 @@ class Detector:
             Detection(view, blobs[0]), DetectionPrior(), self._noise, settings.pale_ends
         )
         worm = draw_blob(whole.blob, everything, margin)
-        white = cv2.compare(picture, glare_limit(self._empty), cv2.CMP_GT)
+        limit = glare_limit(self._empty, settings.background.glare_over_clear_grey)
+        white = cv2.compare(picture, limit, cv2.CMP_GT)
         if white.any():  # what is near glare may be another part of the worm
             size = 2 * self._settings.search_margin_px + 1
             near_white = cv2.dilate(white, np.ones((size, size), np.uint8))

@@ -11,9 +11,6 @@ from worm_tracker.detection.blobs import smoothed
 
 SATURATED = 250
 """Grey level from which the camera cannot tell one light from another."""
-_GLARE_ABOVE = 20
-"""Grey levels above the rig's own light from which that is glare. Where clear water itself is about
-white nothing is glare: a worm is dark there as everywhere."""
 _STRIDE = 8
 """Of the rows and columns that are looked at to see whether there is any glare."""
 
@@ -48,9 +45,17 @@ class GlareView(NamedTuple):
     occluder: Picture
 
 
-def glare_limit(clear: Picture) -> Picture:
-    """Return the grey level above which a pixel is glare; 255, which is never, in bright water."""
-    return np.where(clear < SATURATED - _GLARE_ABOVE, SATURATED - 1, 255).astype(np.uint8)
+def glare_limit(clear: Picture, least_over_clear: int) -> Picture:
+    """Return the grey level above which a pixel is glare; 255, which is never, in bright water.
+
+    Parameters
+    ----------
+    clear : ndarray of uint8, shape (h, w)
+        The rig's own light.
+    least_over_clear : int
+        See `BackgroundSettings`.
+    """
+    return np.where(clear < SATURATED - least_over_clear, SATURATED - 1, 255).astype(np.uint8)
 
 
 def any_glare(picture: Picture, limit: Picture) -> bool:

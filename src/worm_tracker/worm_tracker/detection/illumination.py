@@ -9,11 +9,10 @@ from scipy import ndimage
 
 from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
 from worm_msgs_py.contract.chamber import Chamber, Geometry
+from worm_msgs_py.intervals import SD_OF_MAD
 
 WALL_REACH_PX = 12
-"""How far to either side of the wall its blurred profile is modelled."""
-_FIELD_SAMPLES = 20000
-"""Pixels that the smooth field is fitted to."""
+"""How far to either side of the wall its blurred profile is modelled: that of any lens in use."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +21,8 @@ class IlluminationSettings:
 
     darkest_left_out: float = 0.25
     """Part of the pixels that the first fit leaves out: most worms are less of the view."""
+    field_samples: int = 20000
+    """Pixels that the smooth field is fitted to."""
     most_darker_sd: float = 2.5
     most_brighter_sd: float = 4.0
     """Pixels farther from the field than so many robust deviations are not clear water."""
@@ -54,7 +55,7 @@ def fit_illumination(picture: Picture, arena: Mask, settings: IlluminationSettin
     """
     h, w = picture.shape
     v, u = np.nonzero(arena)
-    stride = max(1, len(v) // _FIELD_SAMPLES)
+    stride = max(1, len(v) // settings.field_samples)
     v, u = v[::stride], u[::stride]
     values = picture[v, u].astype(np.float64)
     basis = _polynomial(u / w, v / h)
@@ -63,7 +64,7 @@ def fit_illumination(picture: Picture, arena: Mask, settings: IlluminationSettin
     for _ in range(settings.rounds):
         field, *_ = np.linalg.lstsq(basis[keep], values[keep], rcond=None)
         off = values - basis @ field
-        sd = max(1.4826 * float(np.median(np.abs(off[keep]))), 0.5)
+        sd = max(SD_OF_MAD * float(np.median(np.abs(off[keep]))), 0.5)
         again = (off > -settings.most_darker_sd * sd) & (off < settings.most_brighter_sd * sd)
         if (again == keep).all() or again.sum() < 4 * basis.shape[1]:
             break

@@ -11,6 +11,7 @@ from math import inf
 import numpy as np
 
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.intervals import SD_OF_MAD
 from worm_tracker.midline.refine import RefinedMidline
 
 
@@ -61,4 +62,4 @@ def _steps(values: Floats, settings: DoubledBodySettings, most: float = inf) -> 
 
 def _relative_scatter(values: Floats, about: float) -> float:
     """Return the robust relative scatter of values about their median."""
-    return 1.4826 * float(np.median(np.abs(values - about))) / max(about, 1e-9)
+    return SD_OF_MAD * float(np.median(np.abs(values - about))) / max(about, 1e-9)
