@@ -9,7 +9,7 @@ from wall_distances import wall_distance_mm
 
 from worm_model.filament.mechanics import BAND_DIAGONALS, solve_band
 from worm_model.filament.motion import FilamentMotion, clearance_mm
-from worm_model.filament.parameters import FilamentParameters
+from worm_model.filament.parameters import FilamentParameters, FilamentSettings
 from worm_model.filament.rig import FilamentRig
 from worm_model.filament.strokes import (
     BEND_NOISE,
@@ -180,6 +180,12 @@ def test_no_point_of_the_body_is_nearer_to_a_wall_than_half_its_width():
     clearance = clearance_mm(worm, rig)
     for points in path[::40]:
         assert np.all(wall_distance_mm(points, rig) > clearance - 1e-6)
+
+
+def test_a_test_can_change_a_setting_of_the_body():
+    settings = FilamentSettings(squeezed_width=0.5)
+    clearance = clearance_mm(FilamentParameters(), FilamentRig(exit_width_mm=0.4), settings)
+    assert clearance.max() == pytest.approx(0.1)
 
 
 def closest_strands_mm(points, apart):

@@ -187,7 +187,7 @@ def test_disturbances_change_what_they_should_and_nothing_else():
         return view
 
     speck = with_(seen.add_debris, [(2.0, 1.0, 0.3)])
-    assert speck[v, u] == pytest.approx(seen.SPECK_TRANSMISSION * empty[v, u])
+    assert speck[v, u] == pytest.approx(seen.DIRT.speck_transmission * empty[v, u])
     assert (speck != empty).sum() < np.pi * (0.3 * 12 + 3) ** 2
     bubble = with_(seen.add_bubbles, [(2.0, 1.0, 1.0)])
     assert bubble[v, u] > empty[v, u] + 25

@@ -13,6 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.stats import kstest
 
 from worm_model.simulator.film import write_film
+from worm_model.simulator.gait import GaitSettings
 from worm_model.simulator.head_path import HeadPath, Walker
 from worm_model.simulator.rig import Body, Optics, Rig
 from worm_model.simulator.worm import midlines_mm, rounded_body, simulate_film
@@ -32,6 +33,13 @@ def test_the_worm_never_pokes_through_the_wall(seed, turns):
         body = Body.along(midline * 40.0, 16.0)
         centres, radius = body.discs()
         assert (np.hypot(*centres.T) + radius).max() <= 400.0
+
+
+def test_a_test_can_change_the_gait():
+    """Kept half a millimetre off the wall, no point of the midline comes nearer to it."""
+    gait = GaitSettings(clearance_mm=0.5)
+    for midline in midlines_mm(Walker(seed=1), 10.0, 2.0, 16.0, gait=gait):
+        assert np.hypot(*midline.T).max() < 10.0 - 0.25 * gait.clearance_mm
 
 
 def test_the_same_seed_gives_the_same_worm_and_another_seed_another():

@@ -14,10 +14,6 @@ BAND_DIAGONALS = 6
 on one side."""
 ACTIVE_SET_TRIES = 6
 """Solutions of one step until it is settled which points the walls hold."""
-APART_POINTS_WIDTHS = 4.0
-"""Points nearer along the body than this, in widths, do not push each other apart."""
-CONTACT_PART = 0.3
-"""Part of an overlap of two strands by which each gives way in a step; half would overshoot."""
 
 
 class Elasticity(NamedTuple):
@@ -39,6 +35,10 @@ class Elasticity(NamedTuple):
         Stiffness of the walls, mm/s for each mm: as good as hard.
     width_mm : float
         d_w; 0 lets strands of the body lie over each other.
+    apart_mm : float
+        Points nearer along the body than this do not push each other apart.
+    overlap_part : float
+        Part of an overlap of two strands by which each gives way in a step.
     """
 
     step_s: float
@@ -48,6 +48,8 @@ class Elasticity(NamedTuple):
     stretching: float
     wall: float
     width_mm: float
+    apart_mm: float
+    overlap_part: float
 
 
 @compiled
@@ -137,8 +139,8 @@ def _add_bending(
 def _add_self_contact(force: Floats, points: Floats, body: Elasticity) -> None:
     """Push strands of the body apart that are nearer to each other than its width."""
     width, n = body.width_mm, len(points)
-    apart = int(APART_POINTS_WIDTHS * width / body.rest_mm) + 1
-    stiff = CONTACT_PART * body.rest_mm / body.step_s
+    apart = int(body.apart_mm / body.rest_mm) + 1
+    stiff = body.overlap_part * body.rest_mm / body.step_s
     for i in range(n - apart):
         j = i + apart
         while j < n:

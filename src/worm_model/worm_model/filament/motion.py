@@ -8,23 +8,17 @@ import numpy as np
 
 from worm_model.filament.compiled import compiled_and_kept, sources_number
 from worm_model.filament.mechanics import Elasticity, step_body
-from worm_model.filament.parameters import LEAST_EXIT_WIDTHS, FilamentParameters
+from worm_model.filament.parameters import (
+    FILAMENT,
+    LEAST_EXIT_WIDTHS,
+    FilamentParameters,
+    FilamentSettings,
+)
 from worm_model.filament.rig import FilamentRig
 from worm_model.filament.strokes import DRAWN_UNTIL_S, TIME_S, Activity, act
 from worm_model.filament.walls import Walls, nearest_walls, push_out
 from worm_msgs_py import paper
 from worm_msgs_py.arrays import Floats, Mask
-
-HEAD_END_WIDTHS, TAIL_END_WIDTHS = 1.5, 2.5
-"""Length over which the body's round ends grow to its width, in widths."""
-TIP_CLEARANCE_MM = 0.02
-"""How near the tips come to a wall: less than a pixel."""
-SQUEEZED_WIDTH = 0.9
-"""A body that is wider than the passage is squeezed to this part of it."""
-WITHDRAWING_PART = 0.5
-"""Part of the body that shortens in a withdrawal, most of all at the head."""
-WALL_PER_S = 1e6
-"""The walls' stiffness: under the push of the whole body (40 mm²/s) a point gives by 0.04 µm."""
 
 
 class Course(NamedTuple):
@@ -66,14 +60,15 @@ class FilamentMotion:
         points_mm: Floats,
         activity: Floats,
         step_s: float,
+        settings: FilamentSettings = FILAMENT,
     ):
         self.points_mm, self.activity = points_mm.copy(), activity.copy()
         self._held = np.zeros((len(points_mm), 2), dtype=np.bool_)
         self._s_mm = np.linspace(0.0, parameters.length_mm, len(points_mm))
-        self._clearance_mm = clearance_mm(parameters, rig)
+        self._clearance_mm = clearance_mm(parameters, rig, settings)
         self._walls = Walls.of(rig)
-        self._body = _elasticity(parameters, step_s)
-        self._strokes = _strokes(parameters, step_s)
+        self._body = _elasticity(parameters, step_s, settings)
+        self._strokes = _strokes(parameters, step_s, settings)
 
     def advance(self, noise: Floats) -> Course:
         """Move on by as many steps as there is noise for.
@@ -101,7 +96,9 @@ class FilamentMotion:
         return course
 
 
-def clearance_mm(parameters: FilamentParameters, rig: FilamentRig) -> Floats:
+def clearance_mm(
+    parameters: FilamentParameters, rig: FilamentRig, settings: FilamentSettings = FILAMENT
+) -> Floats:
     """Return how near each point of the midline may come to a wall: half of the body's width.
 
     Raises
@@ -111,34 +108,39 @@ def clearance_mm(parameters: FilamentParameters, rig: FilamentRig) -> Floats:
     """
     s = np.linspace(0.0, parameters.length_mm, parameters.segments + 1)
     width = parameters.width_mm
-    near_head = 1.0 - s / (HEAD_END_WIDTHS * width)
-    near_tail = 1.0 - (parameters.length_mm - s) / (TAIL_END_WIDTHS * width)
+    near_head = 1.0 - s / (settings.head_end_widths * width)
+    near_tail = 1.0 - (parameters.length_mm - s) / (settings.tail_end_widths * width)
     taper = np.clip(np.maximum(near_head, near_tail), 0.0, 1.0)
     if 0.0 < rig.exit_width_mm < LEAST_EXIT_WIDTHS * width:
         raise ValueError(
             f"exit_width_mm is {rig.exit_width_mm:g}; a body of {width:g} mm needs "
             f"{LEAST_EXIT_WIDTHS * width:g} or more"
         )
-    half = np.maximum(0.5 * width * np.sqrt(1.0 - taper**2), TIP_CLEARANCE_MM)
+    half = np.maximum(0.5 * width * np.sqrt(1.0 - taper**2), settings.tip_clearance_mm)
     if rig.exit_width_mm > 0.0:
-        half = np.minimum(half, 0.5 * SQUEEZED_WIDTH * rig.exit_width_mm)
+        half = np.minimum(half, 0.5 * settings.squeezed_width * rig.exit_width_mm)
     return np.asarray(half, dtype=np.float64)
 
 
-def _elasticity(parameters: FilamentParameters, step_s: float) -> Elasticity:
+def _elasticity(
+    parameters: FilamentParameters, step_s: float, settings: FilamentSettings
+) -> Elasticity:
     return Elasticity(
         step_s=step_s,
         rest_mm=parameters.length_mm / parameters.segments,
         drag_ratio=parameters.drag_ratio,
         bending=parameters.bending_mm4_s,
         stretching=parameters.stretching_mm2_s,
-        wall=WALL_PER_S,
+        wall=settings.wall_per_s,
         width_mm=parameters.width_mm if parameters.self_contact else 0.0,
+        apart_mm=settings.apart_widths * parameters.width_mm,
+        overlap_part=settings.overlap_part,
     )
 
 
-def _strokes(parameters: FilamentParameters, step_s: float) -> Activity:
+def _strokes(parameters: FilamentParameters, step_s: float, settings: FilamentSettings) -> Activity:
     wave_number = 2.0 * pi / parameters.undulation_length_mm
+    front_mm = settings.withdrawing_part * parameters.length_mm
     return Activity(
         step_s=step_s,
         speed=parameters.crawl_speed_mm_s,
@@ -155,7 +157,8 @@ def _strokes(parameters: FilamentParameters, step_s: float) -> Activity:
         onset_per_s=parameters.withdrawal_per_s,
         withdrawal_s=parameters.withdrawal_s,
         withdrawal_mm=parameters.withdrawal_mm,
-        front_mm=WITHDRAWING_PART * parameters.length_mm,
+        front_mm=front_mm,
+        most_drawn_mm=settings.most_of_front * front_mm,
         touch_mm=paper.CONTACT_DISTANCE_WIDTHS * parameters.width_mm,
     )
 

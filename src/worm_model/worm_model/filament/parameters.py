@@ -7,6 +7,55 @@ from typing import Any
 
 from worm_msgs_py import paper
 
+
+@dataclass(frozen=True, slots=True)
+class FilamentSettings:
+    """How the filament is solved for, and what of its body `FilamentParameters` does not say.
+
+    Attributes
+    ----------
+    steps_per_s : int
+        A step is 2.5 ms: the head moves by 5 µm in it, a fortieth of the body's width.
+    settle_s : int
+        Time before the first frame, in which the body finds its shape.
+    start_radius_radii : float
+        Where the body lies before that, in units of R: an arc around the centre that winds inwards.
+    start_pitch : float
+        How much nearer to the centre it gets for each mm, in mm, so that its ends lie apart.
+    head_end_widths, tail_end_widths : float
+        Length over which the body's round ends grow to its width, in the films, too.
+    tip_clearance_mm : float
+        How near the tips come to a wall: less than a pixel.
+    squeezed_width : float
+        A body that is wider than the passage is squeezed to this part of it.
+    withdrawing_part : float
+        Part of the body that shortens in a withdrawal, most of all at the head.
+    most_of_front : float
+        That front does not shorten by more than this part of it.
+    wall_per_s : float
+        The walls' stiffness: under the push of the whole body (40 mm²/s) a point gives by 0.04 µm.
+    apart_widths : float
+        Points nearer along the body than this do not push each other apart.
+    overlap_part : float
+        Part of an overlap of two strands by which each gives way in a step; half would overshoot.
+    """
+
+    steps_per_s: int = 400
+    settle_s: int = 10
+    start_radius_radii: float = 0.55
+    start_pitch: float = 0.02
+    head_end_widths: float = 1.5
+    tail_end_widths: float = 2.5
+    tip_clearance_mm: float = 0.02
+    squeezed_width: float = 0.9
+    withdrawing_part: float = 0.5
+    most_of_front: float = 0.45
+    wall_per_s: float = 1e6
+    apart_widths: float = 4.0
+    overlap_part: float = 0.3
+
+
+FILAMENT = FilamentSettings()
 LEAST_EXIT_WIDTHS = 0.5
 """Exit, in widths of the body, that it can be squeezed through."""
 LEAST_LENGTH_WIDTHS = 4.0

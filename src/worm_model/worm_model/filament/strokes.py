@@ -15,8 +15,6 @@ STATE_SIZE = 8
 BEND_NOISE, TURN_NOISE, ONSET_NOISE, LENGTH_NOISE = range(4)
 """Places in the noise of a step: a normal, two uniform and an exponential one, of unit size."""
 NOISE_SIZE = 4
-MOST_OF_FRONT = 0.45
-"""A front does not shorten by more than this part of it."""
 
 
 class Activity(NamedTuple):
@@ -37,9 +35,9 @@ class Activity(NamedTuple):
     head_turns_per_s, lost_turns_per_s, head_turn_s : float
         Rates at which it turns to another one, in touch with a wall and out of it, and the time
         that it takes to.
-    onset_per_s, withdrawal_s, withdrawal_mm, front_mm : float
+    onset_per_s, withdrawal_s, withdrawal_mm, front_mm, most_drawn_mm : float
         Rate at which a touch ends in a withdrawal, its duration, the mean length by which the front
-        of the body shortens then, and the length of that front.
+        of the body shortens then, the length of that front, and by how much it shortens at most.
     touch_mm : float
         Distance from the wall that is a touch.
     """
@@ -60,6 +58,7 @@ class Activity(NamedTuple):
     withdrawal_s: float
     withdrawal_mm: float
     front_mm: float
+    most_drawn_mm: float
     touch_mm: float
 
 
@@ -77,8 +76,8 @@ def _decide(state: Floats, noise: Floats, head_gap_mm: float, strokes: Activity)
     ready = not lost and time >= state[DRAWN_UNTIL_S]
     if ready and noise[ONSET_NOISE] < strokes.onset_per_s * strokes.step_s:
         state[DRAWN_UNTIL_S] = time + strokes.withdrawal_s
-        most = MOST_OF_FRONT * strokes.front_mm
-        state[DRAW_TO_MM] = min(strokes.withdrawal_mm * noise[LENGTH_NOISE], most)
+        drawn_mm = strokes.withdrawal_mm * noise[LENGTH_NOISE]
+        state[DRAW_TO_MM] = min(drawn_mm, strokes.most_drawn_mm)
         state[HEAD_AIM] = strokes.head_bend * noise[BEND_NOISE]
     if time >= state[DRAWN_UNTIL_S]:
         state[DRAW_TO_MM] = 0.0

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_model.filament.motion import Course, FilamentMotion
-from worm_model.filament.parameters import FilamentParameters
+from worm_model.filament.parameters import FILAMENT, FilamentParameters, FilamentSettings
 from worm_model.filament.rig import FilamentRig
 from worm_model.filament.strokes import (
     BEND_NOISE,
@@ -24,15 +24,6 @@ from worm_model.filament.strokes import (
     UNDULATION_RAD,
 )
 from worm_msgs_py.arrays import Floats
-
-STEPS_PER_S = 400
-"""A step is 2.5 ms: the head moves by 5 µm in it, a fortieth of the body's width."""
-SETTLE_S = 10
-"""Time before the first frame, in which the body finds its shape."""
-START_RADIUS = 0.55
-"""Where the body lies before that, in units of R: an arc around the centre that winds inwards."""
-START_PITCH = 0.02
-"""How much nearer to the centre it gets for each mm, in mm, so that its ends lie apart."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,6 +62,7 @@ def simulate(
     seed: int,
     duration_s: float,
     frames_per_s: float,
+    settings: FilamentSettings = FILAMENT,
 ) -> FilamentTrial:
     """Return a trial.
 
@@ -85,11 +77,12 @@ def simulate(
         rate sees the same life at other times.
     duration_s, frames_per_s : float
         Length of the trial, and how often it is seen.
+    settings : FilamentSettings
     """
     n = round(duration_s * frames_per_s)
     midline_mm = np.empty((n, parameters.segments + 1, 2))
     withdrawing = np.empty(n, dtype=np.bool_)
-    found = _midlines_without_end(parameters, rig, seed, frames_per_s)
+    found = _midlines_without_end(parameters, rig, seed, frames_per_s, settings)
     for frame, (points_mm, withdraws) in zip(range(n), found, strict=False):
         midline_mm[frame], withdrawing[frame] = points_mm, withdraws
     t_s = np.arange(n) / frames_per_s
@@ -103,13 +96,14 @@ def frames(
     seed: int,
     duration_s: float,
     frames_per_s: float,
+    settings: FilamentSettings = FILAMENT,
 ) -> Iterator[Floats]:
     """Yield the midlines of `simulate` one by one, mm, shape (segments + 1, 2).
 
     A second of the worm's life is worked out at a time. `duration_s` may be infinite.
     """
     for frame, (points_mm, _) in enumerate(
-        _midlines_without_end(parameters, rig, seed, frames_per_s)
+        _midlines_without_end(parameters, rig, seed, frames_per_s, settings)
     ):
         if frame + 0.5 > duration_s * frames_per_s:
             return
@@ -117,10 +111,14 @@ def frames(
 
 
 def _midlines_without_end(
-    parameters: FilamentParameters, rig: FilamentRig, seed: int, frames_per_s: float
+    parameters: FilamentParameters,
+    rig: FilamentRig,
+    seed: int,
+    frames_per_s: float,
+    settings: FilamentSettings,
 ) -> Iterator[tuple[Floats, bool]]:
     """Yield midlines without end, between two steps on the straight line, and if it withdraws."""
-    life = _seconds(parameters, rig, seed)
+    life, steps_per_s = _seconds(parameters, rig, seed, settings), settings.steps_per_s
     begins_s = -1
     course = next(life)
     for frame in count():
@@ -132,25 +130,28 @@ def _midlines_without_end(
                 np.concatenate((last.withdrawing[-1:], course.withdrawing)),
             )
             begins_s += 1
-        steps = (time_s - begins_s) * STEPS_PER_S
-        before = min(int(steps), STEPS_PER_S - 1)
+        steps = (time_s - begins_s) * steps_per_s
+        before = min(int(steps), steps_per_s - 1)
         a, b = course.points_mm[before], course.points_mm[before + 1]
         yield a + (steps - before) * (b - a), bool(course.withdrawing[before + 1])
 
 
-def _seconds(parameters: FilamentParameters, rig: FilamentRig, seed: int) -> Iterator[Course]:
+def _seconds(
+    parameters: FilamentParameters, rig: FilamentRig, seed: int, settings: FilamentSettings
+) -> Iterator[Course]:
     """Yield the life of a worm by the second, from the second before time 0 on."""
     begin, bend, turn, onset, length = (
         np.random.default_rng(stream) for stream in np.random.SeedSequence(seed).spawn(5)
     )
-    points_mm, activity = _start_at_rest(parameters, rig, begin)
-    motion = FilamentMotion(parameters, rig, points_mm, activity, 1.0 / STEPS_PER_S)
-    for second in count(-SETTLE_S):
-        noise = np.empty((STEPS_PER_S, NOISE_SIZE))
-        noise[:, BEND_NOISE] = bend.standard_normal(STEPS_PER_S)
-        noise[:, TURN_NOISE] = turn.random(STEPS_PER_S)
-        noise[:, ONSET_NOISE] = onset.random(STEPS_PER_S)
-        noise[:, LENGTH_NOISE] = length.standard_exponential(STEPS_PER_S)
+    points_mm, activity = _start_at_rest(parameters, rig, begin, settings)
+    steps = settings.steps_per_s
+    motion = FilamentMotion(parameters, rig, points_mm, activity, 1.0 / steps, settings)
+    for second in count(-settings.settle_s):
+        noise = np.empty((steps, NOISE_SIZE))
+        noise[:, BEND_NOISE] = bend.standard_normal(steps)
+        noise[:, TURN_NOISE] = turn.random(steps)
+        noise[:, ONSET_NOISE] = onset.random(steps)
+        noise[:, LENGTH_NOISE] = length.standard_exponential(steps)
         course = motion.advance(noise)
         if not np.isfinite(course.points_mm).all():
             raise FloatingPointError("the filament cannot be solved for: give other parameters")
@@ -159,13 +160,17 @@ def _seconds(parameters: FilamentParameters, rig: FilamentRig, seed: int) -> Ite
 
 
 def _start_at_rest(
-    parameters: FilamentParameters, rig: FilamentRig, draw: np.random.Generator
+    parameters: FilamentParameters,
+    rig: FilamentRig,
+    draw: np.random.Generator,
+    settings: FilamentSettings,
 ) -> tuple[Floats, Floats]:
     activity = np.zeros(STATE_SIZE)
     activity[[PERISTALSIS_RAD, UNDULATION_RAD]] = draw.uniform(0.0, 2.0 * pi, 2)
     activity[[HEAD_BEND, HEAD_AIM]] = parameters.head_bend_per_mm * draw.standard_normal()
     s_mm = np.linspace(0.0, parameters.length_mm, parameters.segments + 1)
-    r_mm = START_RADIUS * rig.radius_mm - START_PITCH * s_mm
+    radius_mm = settings.start_radius_radii * rig.radius_mm
+    r_mm = radius_mm - settings.start_pitch * s_mm
     way = draw.choice([-1.0, 1.0])
-    theta = draw.uniform(0.0, 2.0 * pi) - way * s_mm / (START_RADIUS * rig.radius_mm)
+    theta = draw.uniform(0.0, 2.0 * pi) - way * s_mm / radius_mm
     return np.stack([r_mm * np.cos(theta), r_mm * np.sin(theta)], axis=1), activity

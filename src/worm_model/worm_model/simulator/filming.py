@@ -27,15 +27,7 @@ from worm_msgs_py.arrays import Floats
 
 DRAWN_STEP_WIDTHS = 0.4
 DRAWN_SUBPIXELS = 2
-LEAST_MOMENTS = 3
-"""An exposure is the mean of so many moments at least, and a point moves by a pixel at most between
-two of them: its smear is off by less than 1/12 px² in its variance, of a lens by about 1."""
-DRIFT_STEP_PX = 0.125
-"""A drifting camera moves in such steps: the empty rig is drawn anew for each."""
-SPECK_MM, BUBBLE_MM, GLARE_MM = (0.06, 0.25), (0.4, 1.1), (0.4, 1.0)
-"""Smallest and largest radius; of glare the standard deviation."""
-GLARE_STRENGTH = 60.0
-"""Grey levels in its middle."""
+"""How finely a body is drawn: in steps along it, and in parts of a pixel."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,6 +52,16 @@ class Filming:
         Specks that lie in the chamber, bubbles in it, and bright spots over it.
     drift_mm_per_min : tuple of float
         How fast the rig moves in the picture, right and down.
+    specks_mm, bubbles_mm, glare_mm : (float, float)
+        Smallest and largest radius; of glare the standard deviation.
+    glare_grey : float
+        Grey levels of glare in its middle.
+    least_moments : int
+        An exposure is the mean of so many moments at least, and a point moves by a pixel at most
+        between two of them: its smear is off by less than 1/12 px² in its variance, of a lens by
+        about 1.
+    drift_step_px : float
+        A drifting camera moves in such steps: the empty rig is drawn anew for each.
 
     Raises
     ------
@@ -77,6 +79,12 @@ class Filming:
     bubbles: int = 0
     glare: int = 0
     drift_mm_per_min: tuple[float, float] = (0.0, 0.0)
+    specks_mm: tuple[float, float] = (0.06, 0.25)
+    bubbles_mm: tuple[float, float] = (0.4, 1.1)
+    glare_mm: tuple[float, float] = (0.4, 1.0)
+    glare_grey: float = 60.0
+    least_moments: int = 3
+    drift_step_px: float = 0.125
 
     def __post_init__(self) -> None:
         if self.exposure_s * self.frames_per_s > 1.0:
@@ -106,7 +114,7 @@ def film(midlines_mm: Iterable[Floats], rig: Rig, filming: Filming) -> Iterator[
         truth all the same.
     """
     dirt = _Dirt.scattered(rig, filming)
-    stained, stains = rig, dirt.stains(rig)
+    stained, stains = rig, dirt.stains(rig, filming.glare_grey)
     for frame, (line, before, after) in enumerate(_with_neighbours(midlines_mm)):
         stamp_ns = frame_stamp_ns(frame, filming.frames_per_s)
         now = _drifted(rig, filming, frame)
@@ -118,7 +126,7 @@ def film(midlines_mm: Iterable[Floats], rig: Rig, filming: Filming) -> Iterator[
             absorbed = _absorbed(now, body, filming, strands)
         view = add_worm(now, absorbed)
         if now != stained:
-            stained, stains = now, dirt.stains(now)
+            stained, stains = now, dirt.stains(now, filming.glare_grey)
         for stain in stains:
             stain.draw(view)
         if filming.flicker > 0.0:
@@ -138,17 +146,18 @@ class _Dirt:
     @classmethod
     def scattered(cls, rig: Rig, filming: Filming) -> "_Dirt":
         within, seed = 0.95 * rig.radius_mm, rig.optics.seed
+        inner = within - filming.bubbles_mm[1]
         return cls(
-            seen.scattered(filming.debris, within, *SPECK_MM, seed),
-            seen.scattered(filming.bubbles, within - BUBBLE_MM[1], *BUBBLE_MM, seed + 1),
-            seen.scattered(filming.glare, within, *GLARE_MM, seed + 2),
+            seen.scattered(filming.debris, within, *filming.specks_mm, seed),
+            seen.scattered(filming.bubbles, inner, *filming.bubbles_mm, seed + 1),
+            seen.scattered(filming.glare, within, *filming.glare_mm, seed + 2),
         )
 
-    def stains(self, rig: Rig) -> list[seen.Stain]:
+    def stains(self, rig: Rig, glare_grey: float) -> list[seen.Stain]:
         return [
             *(seen.speck_stain(rig, speck) for speck in self.specks),
             *(seen.bubble_stain(rig, bubble) for bubble in self.bubbles),
-            *(seen.glare_stain(rig, spot, GLARE_STRENGTH) for spot in self.glare),
+            *(seen.glare_stain(rig, spot, glare_grey) for spot in self.glare),
         ]
 
 
@@ -174,7 +183,8 @@ def _drifted(rig: Rig, filming: Filming, frame: int) -> Rig:
         return rig
     minutes = frame / filming.frames_per_s / 60.0
     way = np.array(filming.drift_mm_per_min) * minutes * rig.px_per_mm
-    u, v = np.array(rig.centre_px) + DRIFT_STEP_PX * np.rint(way / DRIFT_STEP_PX)
+    step_px = filming.drift_step_px
+    u, v = np.array(rig.centre_px) + step_px * np.rint(way / step_px)
     return replace(rig, centre_px=(float(u), float(v)))
 
 
@@ -209,7 +219,7 @@ def _smeared(rig: Rig, line: Floats, before: Floats, after: Floats, filming: Fil
     """Return what the worm absorbs while the shutter is open: the mean over its moments."""
     reach = 0.5 * filming.exposure_s * filming.frames_per_s
     way_mm = reach * (np.hypot(*(line - before).T) + np.hypot(*(after - line).T))
-    count = max(LEAST_MOMENTS, ceil(float(way_mm.max()) * rig.px_per_mm))
+    count = max(filming.least_moments, ceil(float(way_mm.max()) * rig.px_per_mm))
     moments = []
     for part in reach * (np.arange(1 - count, count, 2) / count):
         neighbour = after if part > 0.0 else before

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from worm_model.simulator.film import FilmFrame, frame_stamp_ns
-from worm_model.simulator.filming import SPECK_MM
+from worm_model.simulator.filming import Filming
 from worm_model.simulator.rig import Body, Rig, expose, truth_of
 from worm_model.simulator.rig.disturbances import add_debris, scattered
 from worm_model.simulator.rig.strands import (
@@ -150,7 +150,7 @@ def film_worm(
     Body
         The true body in the picture, for what the truth's row leaves out.
     """
-    specks = scattered(SPECKS, 9.5, *SPECK_MM, rig.optics.seed)
+    specks = scattered(SPECKS, 9.5, *Filming().specks_mm, rig.optics.seed)
     for frame, body in enumerate(bodies(rig, worm, width_in(look, worm, skin))):
         strands = strands_over(body)
         if skin is None:

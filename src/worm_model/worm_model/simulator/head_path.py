@@ -1,30 +1,15 @@
 """The head of a simulated worm: it slides along the wall, hops off it, turns, finds the exit."""
 
 from dataclasses import dataclass
-from math import copysign, cos, exp, inf, pi, radians, sin, tau
+from math import copysign, cos, exp, inf, pi, sin, tau
 
 import numpy as np
 
+from worm_model.simulator.gait import GAIT, GaitSettings
 from worm_msgs_py import paper
 
-CLEARANCE_MM = 0.02
-"""The worm keeps so far off all walls."""
-DEEPEST = 0.8
-"""In units of R, the deepest excursion: the head does not cross the middle."""
 STEEPEST_HOP = 5.0
 """Most that hops may be deep for their length: a head is not a bullet."""
-SLOWEST_SINE = sin(radians(5.0))
-"""The head never goes slower than with such a ψ_b: it does not stand still."""
-MEAN_PSI_B_S = 6.0
-"""Time over which ψ_b is averaged: v_b = v_w sin⟨ψ_b⟩ is a law of means."""
-TURN_RAD_S = 1.0
-"""How fast the head swings round, where it turns back and where it turns into the exit."""
-PSI_B_RAD = radians(28.0)
-"""About ψ_b of its way along the wall: to there a worm that turns back swings its body."""
-LEAN_RAD = radians(38.0)
-"""Angle ψ_h between the wall's normal and the head, while it moves along the wall."""
-LEAN_SD_RAD, LEAN_S = radians(5.0), 2.0
-SMALLEST_LEAN_RAD, LARGEST_LEAN_RAD = radians(28.0), radians(55.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,17 +94,18 @@ class HeadPath:
         counter-clockwise, −1 clockwise; 0 while it does not turn.
     """
 
-    def __init__(self, walker: Walker, radius_mm: float) -> None:
+    def __init__(self, walker: Walker, radius_mm: float, gait: GaitSettings = GAIT) -> None:
         self._walker = walker
+        self._gait = gait
         self._radius_mm = radius_mm
         self.exit_half_rad = 0.0
         self._random = np.random.default_rng([walker.seed, 1])
         self.theta_rad = float(self._random.uniform(-pi, pi))
         self._direction = 1.0 if self._random.random() < 0.5 else -1.0
-        self._lean = LEAN_RAD
-        self.lean_rad = self._direction * LEAN_RAD
+        self._lean = gait.lean_rad
+        self.lean_rad = self._direction * gait.lean_rad
         self.turning = self._direction  # from wherever the body lies
-        self._psi_b_rad = PSI_B_RAD
+        self._psi_b_rad = gait.psi_b_rad
         self._hop_mm = 0.0
         self._left_mm = self._draw_mm(walker.mean_slide_mm)
 
@@ -132,7 +118,7 @@ class HeadPath:
         touching_mm = paper.CONTACT_DISTANCE_WIDTHS * walker.width_mm
         excursion_mm = self._hop_mm * walker.mean_excursion_mm / walker.mean_hop_mm
         bow = sin(pi * self._left_mm / self._hop_mm)
-        return touching_mm + min(excursion_mm, DEEPEST * self._radius_mm) * bow
+        return touching_mm + min(excursion_mm, self._gait.deepest_hop_radii * self._radius_mm) * bow
 
     @property
     def in_exit(self) -> bool:
@@ -144,12 +130,12 @@ class HeadPath:
     def advance(self, step_s: float, psi_b_rad: float) -> None:
         """Move the head on by a step of time, as fast as its body's angle ψ_b lets it."""
         self._vary_lean(step_s)
-        if psi_b_rad * self.turning > PSI_B_RAD:
+        if psi_b_rad * self.turning > self._gait.psi_b_rad:
             self.turning = 0.0
         at_exit = self._way_to_exit_mm() == 0.0
         towards = -_wrapped(self.theta_rad) if at_exit else self._direction * self._lean
         swing = towards - self.lean_rad
-        self.lean_rad += copysign(min(abs(swing), TURN_RAD_S * step_s), swing)
+        self.lean_rad += copysign(min(abs(swing), self._gait.turn_rad_s * step_s), swing)
         if at_exit:
             return
         if self.turning:
@@ -159,10 +145,10 @@ class HeadPath:
 
     def _pace_mm_s(self, psi_b_rad: float, step_s: float) -> float:
         """Return the pace whose mean is v_w sin⟨ψ_b⟩: linear in ψ_b about its mean of late."""
-        kept = exp(-step_s / MEAN_PSI_B_S)
+        kept = exp(-step_s / self._gait.mean_psi_b_s)
         mean = self._psi_b_rad = kept * self._psi_b_rad + (1.0 - kept) * psi_b_rad
         sine = sin(mean) + cos(mean) * (psi_b_rad - mean)
-        return self._walker.speed_mm_s * max(sine, SLOWEST_SINE)
+        return self._walker.speed_mm_s * max(sine, sin(self._gait.slowest_psi_b_rad))
 
     def _go(self, way_mm: float) -> None:
         """Go on along the wall; stop before the exit, and where the worm turns."""
@@ -204,10 +190,11 @@ class HeadPath:
         return self._radius_mm * ((-self.exit_half_rad - self._direction * theta) % tau)
 
     def _vary_lean(self, step_s: float) -> None:
-        kept = exp(-step_s / LEAN_S)
-        noise = LEAN_SD_RAD * np.sqrt(1.0 - kept**2) * self._random.standard_normal()
-        lean = LEAN_RAD + kept * (self._lean - LEAN_RAD) + noise
-        self._lean = float(np.clip(lean, SMALLEST_LEAN_RAD, LARGEST_LEAN_RAD))
+        gait = self._gait
+        kept = exp(-step_s / gait.lean_s)
+        noise = gait.lean_sd_rad * np.sqrt(1.0 - kept**2) * self._random.standard_normal()
+        lean = gait.lean_rad + kept * (self._lean - gait.lean_rad) + noise
+        self._lean = float(np.clip(lean, *gait.lean_within_rad))
 
 
 def _wrapped(angle_rad: float) -> float:

@@ -7,7 +7,7 @@ inside the chamber as in the paper's Fig. 1. It serves tests: the truth of every
 
 from cmath import exp, phase
 from collections.abc import Iterator
-from math import asin, ceil, cos, pi, radians, sin
+from math import asin, ceil, cos, pi, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,31 +15,21 @@ from numpy.typing import NDArray
 from worm_model.simulator import crawling
 from worm_model.simulator.body_width import tapered
 from worm_model.simulator.film import FilmFrame, frame_stamp_ns
-from worm_model.simulator.head_path import CLEARANCE_MM, LEAN_RAD, HeadPath, Walker
+from worm_model.simulator.gait import GAIT, GaitSettings
+from worm_model.simulator.head_path import HeadPath, Walker
 from worm_model.simulator.rig import Body, Rig, draw, truth_of, worm_coverage
 from worm_model.simulator.rig.body import FINE_PX, HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS
 from worm_msgs_py import paper
 
 __all__ = ["Walker", "midlines_mm", "rounded_body", "simulate_film"]
 
-LINKS = 40
-LARGEST_STEP_S = 0.02
-BODY_SETTLES_S = 8.0
-"""Time before the first frame, in which the body finds its shape."""
-SHARPEST_BEND_RAD = radians(20.0)
-"""Between two links; with links of half a millimetre a bend's radius stays above 1.4 mm."""
-LARGEST_PACE_MM_S = 12.0
-SWING_RAD_S = 0.5
-"""How fast the body swings round where the worm turns back."""
 FINE_MM = 0.02
 """Steps along the body at which it is held against the wall."""
-INWARD_S = 3.0
-"""Time in which the body drifts away from the wall."""
-INNER_RADIUS = 0.55
-"""Radius, in units of R, to which the body's rear drifts."""
 
 
-def simulate_film(rig: Rig, walker: Walker, duration_s: float, fps: float) -> Iterator[FilmFrame]:
+def simulate_film(
+    rig: Rig, walker: Walker, duration_s: float, fps: float, gait: GaitSettings = GAIT
+) -> Iterator[FilmFrame]:
     """Film a simulated worm in chamber a.
 
     Parameters
@@ -50,6 +40,7 @@ def simulate_film(rig: Rig, walker: Walker, duration_s: float, fps: float) -> It
         The worm.
     duration_s, fps : float
         Length of the film and frames per second.
+    gait : GaitSettings
 
     Yields
     ------
@@ -57,7 +48,7 @@ def simulate_film(rig: Rig, walker: Walker, duration_s: float, fps: float) -> It
         Stamp (from 0), picture and truth.
     """
     chamber = rig.chambers[0]
-    lines = midlines_mm(walker, rig.radius_mm, duration_s, fps, rig.exit_width_mm)
+    lines = midlines_mm(walker, rig.radius_mm, duration_s, fps, rig.exit_width_mm, gait)
     for frame, midline_mm in enumerate(lines):
         u, v = chamber.to_pixels(midline_mm[:, 0] * 1e-3, midline_mm[:, 1] * 1e-3)
         body = rounded_body(np.c_[u, v], walker.width_mm * rig.px_per_mm)
@@ -67,7 +58,12 @@ def simulate_film(rig: Rig, walker: Walker, duration_s: float, fps: float) -> It
 
 
 def midlines_mm(
-    walker: Walker, radius_mm: float, duration_s: float, fps: float, exit_width_mm: float = 0.0
+    walker: Walker,
+    radius_mm: float,
+    duration_s: float,
+    fps: float,
+    exit_width_mm: float = 0.0,
+    gait: GaitSettings = GAIT,
 ) -> Iterator[NDArray[np.float64]]:
     """Yield the worm's midline at each frame.
 
@@ -81,6 +77,7 @@ def midlines_mm(
         Length of the film and frames per second.
     exit_width_mm : float
         W. Where it leaves no room for the body, or is 0, the head goes over the exit.
+    gait : GaitSettings
 
     Yields
     ------
@@ -89,14 +86,14 @@ def midlines_mm(
         inside the wall, or in the passage. There are fewer frames where it gets out: the last one
         is that in which all of the worm is in the passage, as a trial ends with the escape.
     """
-    head = HeadPath(walker, radius_mm)
-    chain = _Chain(walker, radius_mm, head)
-    steps = ceil(1.0 / (fps * LARGEST_STEP_S))
+    head = HeadPath(walker, radius_mm, gait)
+    chain = _Chain(walker, radius_mm, head, gait)
+    steps = ceil(1.0 / (fps * gait.largest_step_s))
     step_s = 1.0 / (fps * steps)
-    for _ in range(round(BODY_SETTLES_S / step_s)):
+    for _ in range(round(gait.settles_s / step_s)):
         head.advance(step_s, chain.psi_b_rad)
         chain.follow(head, 0.0, step_s)
-    free_mm = 0.5 * (exit_width_mm - walker.width_mm) - CLEARANCE_MM
+    free_mm = 0.5 * (exit_width_mm - walker.width_mm) - gait.clearance_mm
     head.exit_half_rad = asin(max(free_mm, 0.0) / radius_mm)
     frames = round(duration_s * fps)
     for step in range(steps * (frames - 1) + 1):
@@ -131,22 +128,25 @@ def _way_out(
 class _Chain:
     """The body: points as complex numbers in the chamber's frame, mm, head first."""
 
-    def __init__(self, walker: Walker, radius_mm: float, head: HeadPath) -> None:
+    def __init__(
+        self, walker: Walker, radius_mm: float, head: HeadPath, gait: GaitSettings
+    ) -> None:
         self._walker = walker
+        self._gait = gait
         self._radius = radius_mm
-        s = np.linspace(0.0, walker.length_mm, LINKS + 1)
+        s = np.linspace(0.0, walker.length_mm, gait.links + 1)
         self._s = s
-        area = tapered(s / walker.width_mm) * np.r_[0.5, np.ones(LINKS - 1), 0.5]
+        area = tapered(s / walker.width_mm) * np.r_[0.5, np.ones(gait.links - 1), 0.5]
         self._share = area / area.sum()
         taper = HEAD_TAPER_WIDTHS * walker.width_mm
         half = 0.5 * walker.width_mm * np.sqrt(1.0 - np.clip(1.0 - s / taper, 0.0, 1.0) ** 2)
-        self._limit = (radius_mm - half - CLEARANCE_MM).tolist()
-        rest = (1.0 - INNER_RADIUS) * radius_mm * (1.0 - np.exp(-s / 5.0))
+        self._limit = (radius_mm - half - gait.clearance_mm).tolist()
+        rest = (1.0 - gait.inner_radius_radii) * radius_mm * (1.0 - np.exp(-s / gait.rear_mm))
         self._drift_to = np.array(self._limit) - rest
         tip = self._tip(head)
         back = -exp(1j * (head.theta_rad + head.lean_rad))
         # It starts coiled inwards, clear of the wall.
-        turn = np.exp(-1j * np.sign(head.lean_rad) * s / (0.55 * radius_mm))
+        turn = np.exp(-1j * np.sign(head.lean_rad) * s / (gait.inner_radius_radii * radius_mm))
         self._z = tip + np.r_[0.0, np.cumsum(back * turn[1:] * np.diff(s))]
 
     @property
@@ -156,21 +156,21 @@ class _Chain:
 
     def follow(self, head: HeadPath, time_s: float, step_s: float) -> None:
         """Let the body follow the head's new place."""
-        walker = self._walker
+        walker, gait = self._walker, self._gait
         stretch = 1.0 + walker.peristalsis * sin(2.0 * pi * time_s / walker.peristalsis_s)
-        link = walker.length_mm / LINKS * stretch
+        link = walker.length_mm / gait.links * stretch
         radius = np.abs(self._z)
-        beyond = np.maximum(radius - self._drift_to, 0.0) * (step_s / INWARD_S)
+        beyond = np.maximum(radius - self._drift_to, 0.0) * (step_s / gait.inward_s)
         beyond[:3] = 0.0
         z = self._z * (1.0 - beyond / np.maximum(radius, 1e-9))
-        z = (z[0] + (z - z[0]) * exp(1j * head.turning * SWING_RAD_S * step_s)).tolist()
+        z = (z[0] + (z - z[0]) * exp(1j * head.turning * gait.swing_rad_s * step_s)).tolist()
         z[0] = self._tip(head)
         axis = -exp(1j * (head.theta_rad + head.lean_rad))
         z[1] = z[0] + link * axis
-        for k in range(2, LINKS + 1):
+        for k in range(2, gait.links + 1):
             wanted = z[k] - z[k - 1]
             bend = phase(wanted / axis)
-            axis *= exp(1j * max(-SHARPEST_BEND_RAD, min(SHARPEST_BEND_RAD, bend)))
+            axis *= exp(1j * max(-gait.sharpest_bend_rad, min(gait.sharpest_bend_rad, bend)))
             place = z[k - 1] + link * axis
             if abs(place) > self._limit[k]:
                 place = self._on_the_wall(z[k - 1], link, axis, self._limit[k])
@@ -178,7 +178,7 @@ class _Chain:
             z[k] = place
         # A push from the head may flip a link over: the body gives way, but not in an instant.
         moved = np.array(z) - self._z
-        pace = LARGEST_PACE_MM_S * step_s / np.maximum(np.abs(moved), 1e-12)
+        pace = gait.largest_pace_mm_s * step_s / np.maximum(np.abs(moved), 1e-12)
         pace[:2] = 1.0
         self._z = self._z + np.minimum(pace, 1.0) * moved
 
@@ -196,16 +196,18 @@ class _Chain:
         body = rounded_body(np.c_[z.real, z.imag] * scale, walker.width_mm * scale)
         centres, disc = body.discs()
         distance = np.hypot(*centres.T)
-        room = (scale * (self._radius - 0.25 * CLEARANCE_MM) - disc) / np.maximum(distance, 1e-9)
+        room = (scale * (self._radius - 0.25 * self._gait.clearance_mm) - disc) / np.maximum(
+            distance, 1e-9
+        )
         z = z * min(1.0, float(room[distance > 0.01 * scale * self._radius].min()))
         return np.stack([z.real, z.imag], axis=1)
 
     def _tip(self, head: HeadPath) -> complex:
         """Place the head tip: its rounded end, leaning, needs a small gap to the wall."""
         long, half = HEAD_TAPER_WIDTHS * self._walker.width_mm, 0.5 * self._walker.width_mm
-        lean = min(abs(head.lean_rad), LEAN_RAD)
+        lean = min(abs(head.lean_rad), self._gait.lean_rad)
         reach = np.hypot(long * cos(lean), half * sin(lean)) - long * cos(lean)
-        distance = self._radius - max(float(reach) + CLEARANCE_MM, head.depth_mm)
+        distance = self._radius - max(float(reach) + self._gait.clearance_mm, head.depth_mm)
         return distance * exp(1j * head.theta_rad)
 
     @staticmethod

@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
-HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS = 1.5, 2.5
+from worm_model.filament.parameters import FILAMENT
+
+HEAD_TAPER_WIDTHS, TAIL_TAPER_WIDTHS = FILAMENT.head_end_widths, FILAMENT.tail_end_widths
 """Lengths over which the ends of the worms here are rounded, as half ellipses."""
 FINE_PX = 0.5
 """Step of the resampled midline."""

@@ -4,6 +4,7 @@ Each function changes a view (mean grey levels, before the noise) in place. Plac
 given in the frame of chamber a and in millimetres, so that a bumped camera moves them with the rig.
 """
 
+from dataclasses import dataclass
 from math import ceil, pi, sin
 from typing import NamedTuple
 
@@ -17,10 +18,30 @@ from worm_model.simulator.rig.geometry import Rig
 View = NDArray[np.float32]
 Spot = tuple[float, float, float]
 """x_mm, y_mm, radius_mm."""
-SPECK_TRANSMISSION = 0.35
-BUBBLE_RIM_TRANSMISSION = 0.35
-BUBBLE_RIM_PART = 0.22
-"""Thickness of a bubble's dark rim, as a part of its radius."""
+
+
+@dataclass(frozen=True, slots=True)
+class DirtLook:
+    """What dirt and bubbles do to the light.
+
+    Attributes
+    ----------
+    speck_transmission, bubble_rim_transmission : float
+        Part of the light that is let through.
+    bubble_rim_part : float
+        Thickness of a bubble's dark rim, as a part of its radius.
+    bubble_middle_grey, bubble_middle_per_radius : float
+        Grey levels that the middle is brighter by, and how many times that reaches into a radius.
+    """
+
+    speck_transmission: float = 0.35
+    bubble_rim_transmission: float = 0.35
+    bubble_rim_part: float = 0.22
+    bubble_middle_grey: float = 30.0
+    bubble_middle_per_radius: float = 2.5
+
+
+DIRT = DirtLook()
 
 
 def scattered(
@@ -55,23 +76,25 @@ class Stain(NamedTuple):
             part += self.adds
 
 
-def speck_stain(rig: Rig, speck: Spot) -> Stain:
+def speck_stain(rig: Rig, speck: Spot, look: DirtLook = DIRT) -> Stain:
     """Return a round dark speck."""
     here, distance, radius = _part_around(rig, speck)
     covered = np.clip((radius - distance) / _edge_width_px(rig) + 0.5, 0.0, 1.0)
-    return Stain(here, (1.0 - (1.0 - SPECK_TRANSMISSION) * covered).astype(np.float32), None)
+    passes = 1.0 - (1.0 - look.speck_transmission) * covered
+    return Stain(here, passes.astype(np.float32), None)
 
 
-def bubble_stain(rig: Rig, bubble: Spot) -> Stain:
+def bubble_stain(rig: Rig, bubble: Spot, look: DirtLook = DIRT) -> Stain:
     """Return a bubble: a dark rim, where light is refracted away, around a bright middle."""
     here, distance, radius = _part_around(rig, bubble)
-    rim = 0.5 * BUBBLE_RIM_PART * radius
+    rim = 0.5 * look.bubble_rim_part * radius
     off_rim = np.abs(distance - (radius - rim))
     covered = np.clip((rim - off_rim) / _edge_width_px(rig) + 0.5, 0.0, 1.0)
+    middle = np.exp(-((look.bubble_middle_per_radius * distance / radius) ** 2))
     return Stain(
         here,
-        (1.0 - (1.0 - BUBBLE_RIM_TRANSMISSION) * covered).astype(np.float32),
-        (30.0 * np.exp(-((2.5 * distance / radius) ** 2))).astype(np.float32),
+        (1.0 - (1.0 - look.bubble_rim_transmission) * covered).astype(np.float32),
+        (look.bubble_middle_grey * middle).astype(np.float32),
     )
 
 
