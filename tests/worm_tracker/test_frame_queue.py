@@ -10,12 +10,12 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from worm_msgs_py import Status
-from worm_tracker.frame_queue import MOST_FRAMES_FOR_BODY, FrameQueue
+from worm_tracker.frame_queue import FrameQueue
 from worm_tracker.frame_state import PendingFrame
 from worm_tracker.head_tail.identity import ExchangeKind, HeadTail, HeadTailSettings
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.tracker import Tracker
+from worm_tracker.tracker import TRACKER, Tracker
 from worm_tracker.worm_track import WormTrack
 
 LENGTH, WIDTH = 110.0, 12.0
@@ -134,7 +134,12 @@ def coil(**more):
 
 
 def queue_of(*observations, hold_back_frames=256):
-    queue = FrameQueue(HeadTail(WormTrack(), HeadTailSettings()), hold_back_frames, np.nan)
+    queue = FrameQueue(
+        HeadTail(WormTrack(), HeadTailSettings()),
+        hold_back_frames,
+        np.nan,
+        most_frames_for_body=TRACKER.most_frames_for_body,
+    )
     for frame, observation in enumerate(observations):
         queue.push(PendingFrame(frame, frame * FRAME_NS, observation, None))
     return queue
@@ -154,7 +159,7 @@ def test_where_no_frame_can_wait_a_body_known_from_some_frames_has_to_do():
 
 
 def test_a_fold_waits_for_its_body_no_longer_than_so_though_its_head_may():
-    waiting = [coil()] * (MOST_FRAMES_FOR_BODY - 1)
+    waiting = [coil()] * (TRACKER.most_frames_for_body - 1)
     queue = queue_of(*waiting, midline(kept=SEEN), hold_back_frames=1000)
     assert not queue.is_due(body_is_learned=True)
     queue = queue_of(*waiting, coil(), midline(kept=SEEN), hold_back_frames=1000)

@@ -20,10 +20,6 @@ from worm_tracker.head_tail.identity import (
 from worm_tracker.head_tail.link import LinkDecision
 from worm_tracker.observation import Observation
 
-MOST_FRAMES_FOR_BODY = 256
-"""More frames of a fold do not wait until the body is known well: of a worm that lies double for
-longer what is known by then has to do, and telling its head may take longer."""
-
 PropagateBack = Callable[[Observation, Sequence[Detection]], Iterator[Observation]]
 """What a frame that shows the body tells of the pictures before it, the latest first."""
 
@@ -99,6 +95,8 @@ class FrameQueue:
         Scale of pictures without a chamber; NaN where it is not known.
     corrections : sequence of Correction
         Whose frames leave with head and tail exchanged.
+    most_frames_for_body : int
+        See `TrackerSettings`.
 
     Attributes
     ----------
@@ -114,8 +112,11 @@ class FrameQueue:
         hold_back_frames: int,
         px_per_mm: float,
         corrections: Sequence[Correction] = (),
+        *,
+        most_frames_for_body: int,
     ) -> None:
         self._head_tail = head_tail
+        self._most_frames_for_body = min(hold_back_frames, most_frames_for_body)
         self._corrections = corrections
         self._hold_back_frames = hold_back_frames
         self._px_per_mm = px_per_mm
@@ -146,8 +147,7 @@ class FrameQueue:
         if opened is None:
             return False
         known = opened.observation.kept is None or self._head_tail.corrected
-        most = min(self._hold_back_frames, MOST_FRAMES_FOR_BODY)
-        return known or (len(self) > most and body_is_learned)
+        return known or (len(self) > self._most_frames_for_body and body_is_learned)
 
     def coils(self) -> list[Coils]:
         """Return the coils that wait, each run of them with the frame that opens it."""

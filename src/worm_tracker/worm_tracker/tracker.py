@@ -40,6 +40,9 @@ class TrackerSettings:
     detector: DetectorSettings = field(default_factory=DetectorSettings)
     follower: FollowerSettings = field(default_factory=FollowerSettings)
     head_tail: HeadTailSettings = field(default_factory=HeadTailSettings)
+    most_frames_for_body: int = 256
+    """More frames of a fold do not wait until the body is known well: of a worm that lies double
+    for longer what is known by then has to do, and telling its head may take longer."""
     frames_back_per_frame: int = 1
     """Once a worm opens, its fold is gone back through by so many frames with every new one: what
     that takes fits beside a new frame of 30 a second, and a live trial skips none for it."""
@@ -110,7 +113,11 @@ class Tracker:
         head_tail = HeadTail(self._track, settings.head_tail)
         self._corrections = tuple(corrections)
         self._queue = FrameQueue(
-            head_tail, parameters.hold_back_frames, parameters.px_per_mm, self._corrections
+            head_tail,
+            parameters.hold_back_frames,
+            parameters.px_per_mm,
+            self._corrections,
+            most_frames_for_body=settings.most_frames_for_body,
         )
         self._advice = FailureAdvice(parameters)
         self.changes: list[GeometryChange] = []

@@ -8,10 +8,33 @@ from numpy.typing import NDArray
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.errors import EvaluationError
 
-LEAST_IN_COMMON = 0.9
-"""Of the frames of the shorter table."""
-FEWEST_FRAMES = 20
-"""A 95th percentile, a share of frames, or a worm's shift needs as many."""
+
+@dataclass(frozen=True, slots=True)
+class EvaluationSettings:
+    """How much two tables must have in common, and what a figure needs.
+
+    Attributes
+    ----------
+    least_in_common : float
+        Part of the frames of the shorter table that the other must have, too.
+    fewest_frames : int
+        A 95th percentile, a share of frames, or a worm's shift needs as many.
+    fewest_episodes : int
+        True contacts that the figures of contacts need.
+    settling_s : float
+        Which end is the head is judged from then on.
+    longest_gap_s : float
+        As in the analysis, frames that do not tell the contact split no episode if they are few.
+    """
+
+    least_in_common: float = 0.9
+    fewest_frames: int = 20
+    fewest_episodes: int = 5
+    settling_s: float = 5.0
+    longest_gap_s: float = 0.5
+
+
+EVALUATION = EvaluationSettings()
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +90,7 @@ class FrameTable:
 
 
 def common_rows(
-    tracks: FrameTable, truth: FrameTable
+    tracks: FrameTable, truth: FrameTable, settings: EvaluationSettings = EVALUATION
 ) -> tuple[str, NDArray[np.intp], NDArray[np.intp]]:
     """Find the frames that both tables have.
 
@@ -92,14 +115,14 @@ def common_rows(
                 raise EvaluationError(f"{record.name}: two rows have the same {key}")
         _, left, right = np.intersect1d(one, other, assume_unique=True, return_indices=True)
         shorter = min(len(one), len(other))
-        if 0 < len(left) < LEAST_IN_COMMON * shorter:
+        if 0 < len(left) < settings.least_in_common * shorter:
             raise EvaluationError(
                 f"{tracks.name} and {truth.name} have {len(left)} of {shorter} frames in common by "
                 f"{key}: they are not of the same trial: name its own truth"
             )
         if len(left):
             _refuse_other_times(tracks, truth, left, right)
-            _refuse_another_worm(tracks, truth, left, right)
+            _refuse_another_worm(tracks, truth, left, right, settings.fewest_frames)
             return key, left, right
     raise EvaluationError(
         f"{tracks.name} and {truth.name} have no frame in common, by stamp_ns or by frame: are they"
@@ -122,13 +145,17 @@ def _refuse_other_times(
 
 
 def _refuse_another_worm(
-    tracks: FrameTable, truth: FrameTable, left: NDArray[np.intp], right: NDArray[np.intp]
+    tracks: FrameTable,
+    truth: FrameTable,
+    left: NDArray[np.intp],
+    right: NDArray[np.intp],
+    fewest: int,
 ) -> None:
     """Refuse tracks whose centroid is mostly far from the truth's, whichever end is the head."""
     off = np.hypot(*(tracks.centroid_px[left] - truth.centroid_px[right]).T)
     body = np.hypot(*(truth.head_px[right] - truth.centroid_px[right]).T)
     known = np.isfinite(off) & np.isfinite(body)
-    if np.count_nonzero(known) < FEWEST_FRAMES:
+    if np.count_nonzero(known) < fewest:
         return
     off_px, body_px = float(np.median(off[known])), float(np.median(body[known]))
     if off_px > body_px:

@@ -14,16 +14,16 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from worm_model.evaluation.distances import as_given_rms, resampled, shape_rms
-from worm_model.evaluation.frame_table import FEWEST_FRAMES, ChamberCircle, FrameTable, common_rows
+from worm_model.evaluation.frame_table import (
+    EVALUATION,
+    ChamberCircle,
+    EvaluationSettings,
+    FrameTable,
+    common_rows,
+)
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_msgs_py.units import NS_PER_S
-
-SETTLING_S = 5.0
-"""Which end is the head is judged from then on."""
-FEWEST_EPISODES = 5
-LONGEST_GAP_S = 0.5
-"""As in the analysis, frames that do not tell the contact split no episode if they are few."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,11 @@ class Evaluation:
 
 
 def evaluate_tracks(
-    tracks: FrameTable, truth: FrameTable, *, certain: float = SURE_HEAD_CERTAINTY
+    tracks: FrameTable,
+    truth: FrameTable,
+    *,
+    certain: float = SURE_HEAD_CERTAINTY,
+    settings: EvaluationSettings = EVALUATION,
 ) -> Evaluation:
     """Compare tracks with the truth.
 
@@ -106,6 +110,7 @@ def evaluate_tracks(
         What was said and what is true.
     certain : float
         Head certainty (0.5 to 1) from which a frame counts as not flagged uncertain.
+    settings : EvaluationSettings
 
     Raises
     ------
@@ -118,8 +123,8 @@ def evaluate_tracks(
     costs the body's length; ``tip_nearer_end`` is free of that. A frame of the truth that the
     tracks lack counts as not tracked, and what they do not decide (contact, where) as wrong.
     """
-    key, said, true = common_rows(tracks, truth)
-    pair = _Pair(tracks, truth, said, true)
+    key, said, true = common_rows(tracks, truth, settings)
+    pair = _Pair(tracks, truth, said, true, settings)
     figures = [
         *_tip_figures(pair),
         *_midline_figures(pair),
@@ -139,6 +144,7 @@ class _Pair:
     truth: FrameTable
     said: NDArray[np.intp]
     true: NDArray[np.intp]
+    settings: EvaluationSettings
 
     def spread(self, values: NDArray[Any], nothing: Any) -> NDArray[Any]:
         """Return a column of the tracks over all rows of the truth."""
@@ -156,17 +162,39 @@ class _Pair:
         tail = np.where(tracked, self.tracks.tail_px[self.said], np.nan)
         return head, tail, self.truth.head_px[self.true], self.truth.tail_px[self.true]
 
+    def median_and_95(
+        self, name: str, values: Floats, unit: str, why: str = ""
+    ) -> Iterator[Figure]:
+        """Yield both, or why there are none."""
+        known = values[np.isfinite(values)]
+        if len(known) < self.settings.fewest_frames:
+            why = why or f"not enough data: {len(known)} frames"
+            yield Figure(f"{name}_median", None, unit, len(known), why)
+            yield Figure(f"{name}_95", None, unit, len(known), why)
+            return
+        median, high = np.quantile(known, [0.5, 0.95])
+        yield Figure(f"{name}_median", float(median), unit, len(known))
+        yield Figure(f"{name}_95", float(high), unit, len(known))
+
+    def share_right(self, name: str, right: NDArray[np.bool_], why: str = "") -> Figure:
+        """Return the share of frames that are right."""
+        if len(right) < self.settings.fewest_frames:
+            return Figure(
+                name, None, "", len(right), why or f"not enough data: {len(right)} frames"
+            )
+        return Figure(name, float(right.mean()), "", len(right))
+
 
 def _tip_figures(pair: _Pair) -> Iterator[Figure]:
     head, tail, true_head, true_tail = pair.ends_px()
-    yield from _median_and_95("head_error", _apart(head, true_head), "px")
-    yield from _median_and_95("tail_error", _apart(tail, true_tail), "px")
+    yield from pair.median_and_95("head_error", _apart(head, true_head), "px")
+    yield from pair.median_and_95("tail_error", _apart(tail, true_tail), "px")
     straight = np.stack([_apart(head, true_head), _apart(tail, true_tail)])
     turned = np.stack([_apart(head, true_tail), _apart(tail, true_head)])
     nearer = np.where((straight**2).sum(axis=0) <= (turned**2).sum(axis=0), straight, turned)
-    yield from _median_and_95("tip_nearer_end_error", nearer.ravel(), "px")
+    yield from pair.median_and_95("tip_nearer_end_error", nearer.ravel(), "px")
     centroid = _apart(pair.tracks.centroid_px[pair.said], pair.truth.centroid_px[pair.true])
-    yield from _median_and_95("centroid_error", centroid, "px")
+    yield from pair.median_and_95("centroid_error", centroid, "px")
 
 
 def _midline_figures(pair: _Pair) -> Iterator[Figure]:
@@ -179,8 +207,8 @@ def _midline_figures(pair: _Pair) -> Iterator[Figure]:
                 as_given.append(as_given_rms(one, other))
                 shape.append(shape_rms(one, other))
     why = "" if found is not None and real is not None else "no columns midline_u_px, midline_v_px"
-    yield from _median_and_95("midline_rms", np.array(as_given), "px", why)
-    yield from _median_and_95("midline_shape_rms", np.array(shape), "px", why)
+    yield from pair.median_and_95("midline_rms", np.array(as_given), "px", why)
+    yield from pair.median_and_95("midline_shape_rms", np.array(shape), "px", why)
 
 
 def _identity_figures(pair: _Pair, certain: float) -> Iterator[Figure]:
@@ -192,36 +220,36 @@ def _identity_figures(pair: _Pair, certain: float) -> Iterator[Figure]:
     if stamps is None:
         known[:], why = False, "no column stamp_ns"
     else:
-        known &= stamps[pair.true] >= stamps.min() + round(SETTLING_S * NS_PER_S)
+        known &= stamps[pair.true] >= stamps.min() + round(pair.settings.settling_s * NS_PER_S)
     right = straight < turned
-    yield _share_right("right_end_for_head", right[known], why)
+    yield pair.share_right("right_end_for_head", right[known], why)
     certainty = pair.tracks.head_certainty
     if certainty is None:
         yield Figure("right_end_where_certain", None, "", 0, "no column head_certainty")
         return
     sure = known & (certainty[pair.said] >= certain)
-    yield _share_right("right_end_where_certain", right[sure], why)
-    yield _share_right("certain_of_the_head", sure[known], why)
+    yield pair.share_right("right_end_where_certain", right[sure], why)
+    yield pair.share_right("certain_of_the_head", sure[known], why)
 
 
 def _tracked(pair: _Pair) -> Figure:
     there = np.isfinite(pair.truth.head_px).all(axis=1)
-    return _share_right("tracked", pair.spread(pair.tracks.tracked, nothing=False)[there])
+    return pair.share_right("tracked", pair.spread(pair.tracks.tracked, nothing=False)[there])
 
 
 def _wall_figures(pair: _Pair) -> Iterator[Figure]:
     said, true = pair.tracks.r_h_mm, pair.truth.r_h_mm
     if said is None or true is None:
-        yield from _median_and_95("r_h_error", np.empty(0), "mm", "no column r_h_mm")
+        yield from pair.median_and_95("r_h_error", np.empty(0), "mm", "no column r_h_mm")
     else:
-        yield from _median_and_95("r_h_error", np.abs(said[pair.said] - true[pair.true]), "mm")
+        yield from pair.median_and_95("r_h_error", np.abs(said[pair.said] - true[pair.true]), "mm")
     contact, true_contact = pair.tracks.contact, pair.truth.contact
     if contact is None or true_contact is None:
         yield Figure("contact_agreement", None, "", 0, "no column contact")
         return
     known = np.isfinite(true_contact)
     agrees = pair.spread(contact, np.nan) == true_contact
-    yield _share_right("contact_agreement", agrees[known])
+    yield pair.share_right("contact_agreement", agrees[known])
 
 
 def _episode_figures(pair: _Pair) -> Iterator[Figure]:
@@ -232,7 +260,7 @@ def _episode_figures(pair: _Pair) -> Iterator[Figure]:
         return
     order = _in_time(pair.truth)
     known = np.isfinite(true_contact[order])
-    found = runs((_bridged(pair.spread(contact, np.nan)[order], pair.truth, order) == 1.0) & known)
+    found = runs((_bridged(pair, contact, order) == 1.0) & known)
     real = runs(true_contact[order] == 1.0)
     matched = matches(found, real)
     for name, of, count in (
@@ -240,19 +268,20 @@ def _episode_figures(pair: _Pair) -> Iterator[Figure]:
         (names[1], matched, len(real)),
         (names[2], 2 * matched, len(found) + len(real)),
     ):
-        enough = len(real) >= FEWEST_EPISODES and count > 0
+        enough = len(real) >= pair.settings.fewest_episodes and count > 0
         why = "" if enough else f"not enough data: {len(real)} true, {len(found)} found episodes"
         yield Figure(name, of / count if enough else None, "", count, why)
 
 
-def _bridged(contact: Floats, truth: FrameTable, order: NDArray[np.intp]) -> Floats:
-    """Carry the contact told last over frames that do not tell it, for `LONGEST_GAP_S`."""
+def _bridged(pair: _Pair, said: Floats, order: NDArray[np.intp]) -> Floats:
+    """Carry the contact told last over the few frames that do not tell it."""
+    contact, truth = pair.spread(said, np.nan)[order], pair.truth
     last = np.maximum.accumulate(np.where(np.isfinite(contact), np.arange(len(contact)), -1))
     carried = np.where(last >= 0, contact[np.maximum(last, 0)], np.nan)
     if truth.stamp_ns is None:
         return contact
     stamps = truth.stamp_ns[order]
-    fresh = stamps - stamps[np.maximum(last, 0)] <= round(LONGEST_GAP_S * NS_PER_S)
+    fresh = stamps - stamps[np.maximum(last, 0)] <= round(pair.settings.longest_gap_s * NS_PER_S)
     return np.where(fresh, carried, np.nan)
 
 
@@ -282,7 +311,7 @@ def _where(pair: _Pair) -> Figure:
         return Figure("where_agreement", None, "", 0, "no column where")
     known = ~np.isin(pair.truth.where, ("unknown", "None", ""))
     said = pair.spread(pair.tracks.where.astype(object), "")
-    return _share_right("where_agreement", (said == pair.truth.where)[known])
+    return pair.share_right("where_agreement", (said == pair.truth.where)[known])
 
 
 def _circle_figures(
@@ -312,21 +341,3 @@ def _in_time(record: FrameTable) -> NDArray[np.intp]:
 
 def _apart(one: Floats, other: Floats) -> Floats:
     return np.asarray(np.hypot(*(one - other).T), dtype=np.float64)
-
-
-def _median_and_95(name: str, values: Floats, unit: str, why: str = "") -> Iterator[Figure]:
-    known = values[np.isfinite(values)]
-    if len(known) < FEWEST_FRAMES:
-        why = why or f"not enough data: {len(known)} frames"
-        yield Figure(f"{name}_median", None, unit, len(known), why)
-        yield Figure(f"{name}_95", None, unit, len(known), why)
-        return
-    median, high = np.quantile(known, [0.5, 0.95])
-    yield Figure(f"{name}_median", float(median), unit, len(known))
-    yield Figure(f"{name}_95", float(high), unit, len(known))
-
-
-def _share_right(name: str, right: NDArray[np.bool_], why: str = "") -> Figure:
-    if len(right) < FEWEST_FRAMES:
-        return Figure(name, None, "", len(right), why or f"not enough data: {len(right)} frames")
-    return Figure(name, float(right.mean()), "", len(right))

@@ -12,7 +12,7 @@ from worm_msgs_py.intervals import NOTHING, Interval
 from worm_msgs_py.paper import BODY_ANGLE_DEG
 from worm_msgs_py.units import MM_PER_M
 
-FEWEST_REVERSALS = 10
+FEWEST_PHASE_CHANGES = 10
 """Fewer changes of phase than this are not enough to count reversals."""
 _DEFAULTS = WalkParameters()
 CYCLE_MM = _DEFAULTS.mean_slide_mm + _DEFAULTS.mean_hop_mm
@@ -129,6 +129,7 @@ def fit_walk(
     *,
     hop_may_land: bool = True,
     effective_width: bool = True,
+    fewest_phase_changes: int = FEWEST_PHASE_CHANGES,
 ) -> WalkFit:
     """Fit the walk to what a trial measured; the paper stands in for what it did not.
 
@@ -143,14 +144,14 @@ def fit_walk(
     geometry : Geometry
         For R and h; it must have a chamber.
     reversals : Reversals, optional
-        Counted from phase to phase. Without, or where they are too few, the rule `per_phase` turns
-        around as often in a cycle as was measured for cycles.
+        Counted from phase to phase. Without, or with fewer than `fewest_phase_changes`, the rule
+        `per_phase` turns around as often in a cycle as was measured for cycles.
     hop_may_land, effective_width : bool
         See `WalkParameters`.
     """
     found = {quantity.name: quantity for quantity in quantities}
     numbers = {name: _fitted(interval_of(found, name), name) for name in PAPER_NUMBERS}
-    if reversals is not None and reversals.changes >= FEWEST_REVERSALS:
+    if reversals is not None and reversals.changes >= fewest_phase_changes:
         numbers["reversal_per_phase"] = _fitted(reversals.per_phase(), "reversal_per_phase")
     else:
         per_cycle = interval_of(found, "reversal_per_cycle")
