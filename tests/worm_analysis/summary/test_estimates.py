@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from worm_analysis.statistics.censored_exponential import ExcessBlocks, ExcessSums
 from worm_analysis.summary.estimates import length as exponential_length
 from worm_analysis.summary.estimates import penetration_part, reversal_chance
-from worm_analysis.summary.resolution import excursions_for_one_told
+from worm_analysis.summary.resolution import excursions_per_detected
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.intervals import exponential_mean
 
@@ -49,7 +49,7 @@ def test_shallow_excursions_are_counted_by_the_deep_ones(beyond_m, told_for_one)
         "depth_limit": np.array([[1.0, beyond_m]]),
         "d_nc": np.array([[told, 0.0, told, 0.0]]),
     }
-    more = excursions_for_one_told(Sums([sums]))
+    more = excursions_per_detected(Sums([sums]))
     assert more * told == pytest.approx(n, rel=1e-6)
 
 
@@ -59,7 +59,7 @@ def test_a_few_deep_excursions_say_nothing_of_the_others():
         "depth_limit": np.array([[1.0, 1e-4]]),
         "d_nc": np.array([[15.0, 0.0, 15.0, 0.0]]),
     }
-    assert excursions_for_one_told(Sums([sums])) == 1.0
+    assert excursions_per_detected(Sums([sums])) == 1.0
 
 
 def test_what_one_trial_in_five_decides_has_no_bounds():

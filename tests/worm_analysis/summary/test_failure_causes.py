@@ -6,14 +6,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_analysis.summary.direction_persistence import NotEnoughData
-from worm_analysis.summary.failure_causes import share_of_told, touching_share
+from worm_analysis.summary.failure_causes import share_of_determined, touching_share
 from worm_analysis.summary.sums import Sums
 from worm_msgs_py.intervals import fraction
 
 
-def failures(*, touching, without, known, elongating, untold=0):
+def failures(*, touching, without, known, elongating, undetermined=0):
     """Return the sums of a trial's failed attempts."""
-    n = touching + without + untold
+    n = touching + without + undetermined
     return {
         "failures_of_unknown_phase": np.array([[n, n - known]], dtype=float),
         "failures_without_contact": np.array([[touching + without, without]], dtype=float),
@@ -48,23 +48,25 @@ def test_without_a_touch_no_phase_is_needed():
 
 
 @given(st.integers(1, 60), st.integers(1, 60), st.integers(0, 60))
-def test_the_interval_holds_whatever_the_untold_failures_are(touching, without, untold):
-    trial = failures(touching=touching, without=without, known=0, elongating=0, untold=untold)
-    value, low, high = share_of_told("failures_without_contact")(Sums([trial]))
-    n = touching + without + untold
+def test_the_interval_holds_whatever_the_untold_failures_are(touching, without, undetermined):
+    trial = failures(
+        touching=touching, without=without, known=0, elongating=0, undetermined=undetermined
+    )
+    value, low, high = share_of_determined("failures_without_contact")(Sums([trial]))
+    n = touching + without + undetermined
     assert value == pytest.approx(without / (touching + without))
     assert low <= fraction(without, n)[1]
-    assert high >= fraction(without + untold, n)[2]
-    if not untold:
+    assert high >= fraction(without + undetermined, n)[2]
+    if not undetermined:
         assert (value, low, high) == pytest.approx(fraction(without, n))
 
 
 @given(st.integers(10, 60), st.integers(1, 60))
-def test_the_touching_of_a_phase_may_be_all_of_the_untold_or_none(known, untold):
+def test_the_touching_of_a_phase_may_be_all_of_the_untold_or_none(known, undetermined):
     given_all = {"touching": known, "without": 9, "known": known, "elongating": known // 2}
     value, low, high = touching_share("touching")(Sums([failures(**given_all)]))
-    part = untold / (known + 9 + untold)
-    wide = touching_share("touching")(Sums([failures(**given_all, untold=untold)]))
+    part = undetermined / (known + 9 + undetermined)
+    wide = touching_share("touching")(Sums([failures(**given_all, undetermined=undetermined)]))
     assert wide == pytest.approx((value, low * (1 - part), min(high * (1 - part) + part, 1.0)))
-    assert wide[1] <= known // 2 / (known + 9 + untold)
-    assert wide[2] >= (known // 2 + untold) / (known + 9 + untold)
+    assert wide[1] <= known // 2 / (known + 9 + undetermined)
+    assert wide[2] >= (known // 2 + undetermined) / (known + 9 + undetermined)

@@ -162,9 +162,9 @@ class WallSearch:
         contact, resolved = self.contact.push(
             stamp_ns, theta_rad, self.radius_m - r_h_m, head_m, threshold_m, in_mouth=in_mouth
         )
-        return theta_dot, contact, closed + self._settle(resolved)
+        return theta_dot, contact, closed + self._take_resolved(resolved)
 
-    def _settle(self, resolved: Sequence[ResolvedFrame]) -> list[ClosedEpisode]:
+    def _take_resolved(self, resolved: Sequence[ResolvedFrame]) -> list[ClosedEpisode]:
         """Take frames of which contact is now known for good."""
         closed: list[ClosedEpisode] = []
         if resolved:
@@ -260,7 +260,7 @@ class WallSearch:
         return self._end_approach(into_exit=seen)
 
     def _end_approach(self, *, into_exit: bool, gap_s: float = nan) -> list[ClosedEpisode]:
-        closed = self._settle(self.contact.cut())
+        closed = self._take_resolved(self.contact.cut())
         self._approach.reset()
         self.collisions.break_off()
         self._approaches += 1

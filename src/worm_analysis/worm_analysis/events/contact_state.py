@@ -189,7 +189,7 @@ class HiddenContact:
         resolved: list[ResolvedFrame] = []
         held_ns = stamp_ns - held.stamp_ns[0]
         if self._next_fit_s > self._settings.first_fit_s and held_ns >= 2 * self._look_ahead_ns:
-            resolved = self._settle(stamp_ns - self._look_ahead_ns)
+            resolved = self._resolve(stamp_ns - self._look_ahead_ns)
         return held.touching[-1] > 0.5, resolved
 
     def _hold(
@@ -229,7 +229,7 @@ class HiddenContact:
             return []
         if self._next_fit_s == self._settings.first_fit_s and self.is_fitted:
             self._fit()
-        resolved = self._settle(self._waiting.stamp_ns[-1])
+        resolved = self._resolve(self._waiting.stamp_ns[-1])
         self._before = None
         return resolved
 
@@ -267,7 +267,7 @@ class HiddenContact:
         for at in range(len(depth)):
             self._filter(at)
 
-    def _settle(self, upto_ns: int) -> list[ResolvedFrame]:
+    def _resolve(self, upto_ns: int) -> list[ResolvedFrame]:
         """Smooth what waits, and let go of the frames up to a time."""
         held = self._waiting
         stamps, alpha, odds = held.stamp_ns, held.touching, held.odds

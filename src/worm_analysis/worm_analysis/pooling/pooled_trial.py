@@ -91,7 +91,7 @@ def pooled_trial(results: Results, name: str = "", directory: str = "") -> Poole
         lag_s=np.empty(0) if correlation is None else correlation.lag_s,
         sums=results.sums,
         points=_event_points(results) | _motion(results) | _searches(results),
-        source_events=tuple(results.told),
+        source_events=tuple(results.remarks),
     )
 
 

@@ -159,7 +159,7 @@ def trial_context(results: Results) -> dict[str, Any]:
         "seconds": float(results.t_s[-1]) if len(results.t_s) else 0.0,
         "frame_rate": _frame_rate(results),
         "events": _event_counts(results),
-        "source_events": results.told,
+        "source_events": results.remarks,
         "comparison": rows,
         "own": own,
         "from_paper": from_paper,

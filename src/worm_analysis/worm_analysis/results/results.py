@@ -90,7 +90,7 @@ class Results:
         return seconds
 
     @property
-    def told(self) -> list[str]:
+    def remarks(self) -> list[str]:
         """What happened to the pictures and what was set right by hand, a line each."""
         corrected = corrections_in_words(self.corrections, self.frames_swapped)
         return in_words(self.source_events) + corrected

@@ -11,7 +11,7 @@ from worm_msgs_py.arrays import Floats
 from worm_msgs_py.intervals import Interval, fraction
 
 
-def share_of_told(name: str) -> Estimator:
+def share_of_determined(name: str) -> Estimator:
     """Return the estimator of the part of the failures of which something can be told that have it.
 
     The interval allows for all others to have it, and for none.
@@ -20,14 +20,15 @@ def share_of_told(name: str) -> Estimator:
     def estimate(sums: Sums) -> Interval:
         value, low, high = share(name)(sums)
         told, having = (round(part) for part in sums.total(name))
-        untold = _untold_failures(sums)
-        least = fraction(having, told + untold)[1]
-        return value, min(low, least), max(high, fraction(having + untold, told + untold)[2])
+        undetermined = _undetermined_failures(sums)
+        every = told + undetermined
+        least = fraction(having, every)[1]
+        return value, min(low, least), max(high, fraction(having + undetermined, every)[2])
 
     return estimate
 
 
-def _untold_failures(sums: Sums) -> int:
+def _undetermined_failures(sums: Sums) -> int:
     """Return the number of failures of which it cannot be told whether they touch."""
     every = float(sums.total("failures_of_unknown_phase")[0])
     return round(every - float(sums.total("failures_without_contact")[0]))
@@ -54,15 +55,15 @@ def touching_share(name: str) -> Estimator:
         ]
         units = sums.units_of(both)
         told, without, n, _ = (round(part) for part in units.total())
-        known, touching, untold = n - without, told - without, _untold_failures(sums)
+        known, touching, undetermined = n - without, told - without, _undetermined_failures(sums)
         if known < min(sums.settings.minimum_n, touching):
             items = "failed attempts in contact with a known phase of the stroke"
             raise NotEnoughData(not_enough(known, items, sums.settings.minimum_n))
         value = float(value_of(units.total()[None])[0])
-        worth = told * known // touching if touching else told
-        _, low, high = fraction(round(value * worth), worth)
+        effective_n = told * known // touching if touching else told
+        _, low, high = fraction(round(value * effective_n), effective_n)
         value, low, high = widened((value, low, high), jackknife_half_width(units, value_of))
-        part = untold / (told + untold) if untold else 0.0
+        part = undetermined / (told + undetermined) if undetermined else 0.0
         return value, low * (1 - part), min(high * (1 - part) + part, 1.0)
 
     return estimate

@@ -305,7 +305,7 @@ ATTEMPTS = (
     Definition(
         "failures_without_contact", "1", "failures without contact", "failures without contact",
         PART_OF_FAILURES, "failures_without_contact",
-        causes.share_of_told("failures_without_contact"),
+        causes.share_of_determined("failures_without_contact"),
         "failed attempts in which contact can be told",
     ),
     _share_definition("failures_in_elongation", "failed attempts with a known phase of the stroke"),

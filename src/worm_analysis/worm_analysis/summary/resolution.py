@@ -17,7 +17,7 @@ def _corrections(sums: Sums, rule: str) -> tuple[float, float, float]:
         sums.total(f"{name}{rule}")[:2] for name in ("d_c", "d_nc")
     )
     step_m = head_step_m(sums, rule)
-    more = 1.0 if rule else excursions_for_one_told(sums)
+    more = 1.0 if rule else excursions_per_detected(sums)
     if not (n_c and n_nc and step_m > 0 and excess_c > 0 and excess_nc > 0):
         return 1.0, 1.0, 1.0
     told = (excess_c / n_c, excess_nc / n_nc)
@@ -42,7 +42,7 @@ def hidden_part(sums: Sums) -> float:
     return float(beyond_m / trials * deep / excess_m) if excess_m > 0 else 0.0
 
 
-def excursions_for_one_told(sums: Sums) -> float:
+def excursions_per_detected(sums: Sums) -> float:
     """Return how many excursions there are for one that is expected, by those noise cannot make.
 
     Of the shallow ones noise hides some, and others that stay below the threshold are told for

@@ -21,7 +21,7 @@ class EvaluationSettings:
         A 95th percentile, a share of frames, or a worm's shift needs as many.
     fewest_episodes : int
         True contacts that the figures of contacts need.
-    settling_s : float
+    head_judged_from_s : float
         Which end is the head is judged from then on.
     longest_gap_s : float
         As in the analysis, frames that do not tell the contact split no episode if they are few.
@@ -30,7 +30,7 @@ class EvaluationSettings:
     least_in_common: float = 0.9
     fewest_frames: int = 20
     fewest_episodes: int = 5
-    settling_s: float = 5.0
+    head_judged_from_s: float = 5.0
     longest_gap_s: float = 0.5
 
 

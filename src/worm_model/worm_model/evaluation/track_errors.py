@@ -220,7 +220,8 @@ def _identity_figures(pair: _Pair, certain: float) -> Iterator[Figure]:
     if stamps is None:
         known[:], why = False, "no column stamp_ns"
     else:
-        known &= stamps[pair.true] >= stamps.min() + round(pair.settings.settling_s * NS_PER_S)
+        from_ns = round(pair.settings.head_judged_from_s * NS_PER_S)
+        known &= stamps[pair.true] >= stamps.min() + from_ns
     right = straight < turned
     yield pair.share_right("right_end_for_head", right[known], why)
     certainty = pair.tracks.head_certainty
