@@ -8,8 +8,8 @@ from worm_analysis.accumulators.exclusions import STALE, UNCERTAIN, UNTRACKED, E
 from worm_analysis.accumulators.settings import SEARCH, SearchSettings
 from worm_analysis.accumulators.trial_sums import ChamberSize, trial_sums
 from worm_analysis.accumulators.wall_search import WallSearch
-from worm_analysis.events.attempts import EXITS, ExitSettings
 from worm_analysis.events.contacts import ClosedEpisode
+from worm_analysis.events.exit_region import EXITS, ExitSettings
 from worm_analysis.kinematics.angular_speed import UnwrappedAngle
 from worm_analysis.kinematics.observables import (
     body_angle,

@@ -3,9 +3,9 @@
 from math import hypot, nan
 
 from worm_analysis.accumulators.passage_sums import PassageSums
-from worm_analysis.events.attempts import EXITS, Attempts, ExitSettings
+from worm_analysis.events.attempts import Attempts
 from worm_analysis.events.contacts import ClosedEpisode
-from worm_analysis.events.exit_region import ExitCorridor
+from worm_analysis.events.exit_region import EXITS, ExitCorridor, ExitSettings
 from worm_analysis.events.visits import Visits
 from worm_analysis.kinematics.observables import wrap_angle
 from worm_analysis.parameters import AnalysisParameters
@@ -50,7 +50,7 @@ class RigPosition:
         self._settings = settings
         self._max_gap_ns = round(parameters.max_gap_s * NS_PER_S)
         self._attempts = Attempts(parameters.stroke_window_s, settings)
-        self._visits = Visits()
+        self._visits = Visits(settings)
         self._last_ns = 0
         self._geometry: Geometry | None = None
         self._where = Where.UNKNOWN

@@ -6,42 +6,13 @@ from math import dist, inf, nan, sqrt
 
 import numpy as np
 
-from worm_analysis.events.exit_region import ExitCorridor
+from worm_analysis.events.exit_region import EXITS, ExitCorridor, ExitSettings
 from worm_msgs_py import Attempt, StrokePhase
 from worm_msgs_py.units import NS_PER_S
-
-
-@dataclass(frozen=True, slots=True)
-class ExitSettings:
-    """What is told at the exit.
-
-    Attributes
-    ----------
-    noise_in_error, pixels_in_error : float
-        How far a head in the exit may be from where it is seen: deviations of the noise, or pixels,
-        whichever is more.
-    fewest_lengths : int
-        Frames with a length before the head turns back that the phase of the stroke needs.
-    length_slope_errors : float
-        The body grows or shrinks where its length's slope is so many of its standard errors.
-    deepest_skip_in_radii : float
-        A skip is flown nearer to the wall than to the centre.
-    """
-
-    noise_in_error: float = 2.0
-    pixels_in_error: float = 0.5
-    fewest_lengths: int = 5
-    length_slope_errors: float = 2.0
-    deepest_skip_in_radii: float = 0.5
-
-
-EXITS = ExitSettings()
 
 Point = tuple[float, float]
 SeenHead = tuple[int, Point]
 """A stamp in ns, and where the head is then."""
-SEEN_WELL_S = 0.04
-"""Between frames that are further apart the head may go faster than from frame to frame."""
 
 
 @dataclass(slots=True)
@@ -80,7 +51,7 @@ class _Clearance:
             self.speed_m_s = max(self.speed_m_s, dist(before[1], head[1]) / spent_s)
             self.longest_s = max(self.longest_s, spent_s)
 
-    def touches(self, threshold_m: float, error_m: float) -> bool | None:
+    def touches(self, threshold_m: float, error_m: float, settings: ExitSettings) -> bool | None:
         """Return whether it is contact; None where it may or may not be one.
 
         Between two frames, a head that is no faster than from frame to frame comes nearer than the
@@ -90,7 +61,7 @@ class _Clearance:
         """
         if self.seen_m < threshold_m - error_m:
             return True
-        faster = sqrt(max(self.longest_s / SEEN_WELL_S, 1.0))
+        faster = sqrt(max(self.longest_s / settings.seen_well_s, 1.0))
         nearer_m = faster * self.speed_m_s * self.longest_s / 2
         least_m = min(self.seen_m, self.mean_m - nearer_m)
         return False if self.known and least_m > threshold_m + error_m else None
@@ -184,7 +155,7 @@ class Attempts:
             self._go_deeper(entry, head_m[0] - corridor.mouth_x_m)
             if not (through or corridor.encloses(*centroid_m)):
                 return None
-        touched = entry.clearance.touches(threshold_m, error_m)
+        touched = entry.clearance.touches(threshold_m, error_m, self._settings)
         return self._close(stamp_ns, touched, success=not left, complete=True)
 
     def cut(self) -> Attempt | None:

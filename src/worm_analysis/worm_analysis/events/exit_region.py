@@ -1,9 +1,42 @@
 """Where the exit is, in the chamber's frame: its arc on the wall and the passage behind it."""
 
 from dataclasses import dataclass
-from math import asin, hypot, nan, sqrt
+from math import asin, hypot, nan, radians, sqrt
 
 from worm_msgs_py import Chamber
+
+
+@dataclass(frozen=True, slots=True)
+class ExitSettings:
+    """What is told at the exit.
+
+    Attributes
+    ----------
+    noise_in_error, pixels_in_error : float
+        How far a head in the exit may be from where it is seen: deviations of the noise, or pixels,
+        whichever is more.
+    seen_well_s : float
+        Between frames that are further apart the head may go faster than from frame to frame.
+    fewest_lengths : int
+        Frames with a length before the head turns back that the phase of the stroke needs.
+    length_slope_errors : float
+        The body grows or shrinks where its length's slope is so many of its standard errors.
+    first_touch_in_doubt_rad : float
+        Where the head may have touched the wall earlier and further away, θ_h⁰ is not told.
+    deepest_skip_in_radii : float
+        A skip is flown nearer to the wall than to the centre.
+    """
+
+    noise_in_error: float = 2.0
+    pixels_in_error: float = 0.5
+    seen_well_s: float = 0.04
+    fewest_lengths: int = 5
+    length_slope_errors: float = 2.0
+    first_touch_in_doubt_rad: float = radians(1.0)
+    deepest_skip_in_radii: float = 0.5
+
+
+EXITS = ExitSettings()
 
 
 @dataclass(frozen=True, slots=True)

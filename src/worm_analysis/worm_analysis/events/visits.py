@@ -1,15 +1,12 @@
 """Stays in a chamber: the first touch of the wall, the finding of the exit, and the skips."""
 
 from dataclasses import dataclass
-from math import ceil, floor, nan, pi, radians
+from math import ceil, floor, nan, pi
 
-from worm_analysis.events.exit_region import ExitCorridor
+from worm_analysis.events.exit_region import EXITS, ExitCorridor, ExitSettings
 from worm_analysis.kinematics.observables import wrap_angle
 from worm_msgs_py import Visit
 from worm_msgs_py.units import NS_PER_S
-
-IN_DOUBT_RAD = radians(1.0)
-"""Where the head may have touched the wall earlier and further away, θ_h⁰ is not told."""
 
 
 @dataclass(slots=True)
@@ -36,7 +33,8 @@ class Visits:
     exit.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, settings: ExitSettings = EXITS) -> None:
+        self._in_doubt_rad = settings.first_touch_in_doubt_rad
         self._stay: _Stay | None = None
         self._ended: list[tuple[_Stay, int, bool]] = []
         self._left = False
@@ -88,7 +86,7 @@ class Visits:
         stay = self._searching
         if stay is not None and stay.first_contact_ns is None:
             stay.first_contact_ns = stamp_ns
-            if not abs(wrap_angle(theta_rad - stay.may_touch_rad)) > IN_DOUBT_RAD:
+            if not abs(wrap_angle(theta_rad - stay.may_touch_rad)) > self._in_doubt_rad:
                 stay.theta_h0_rad = wrap_angle(theta_rad)
 
     @property

@@ -15,12 +15,27 @@ from worm_msgs_py.units import NS_PER_S
 
 _Flags = NDArray[np.bool_]
 
-MOST_APART_S = 1.0
-"""Doubtful frames of one kind that are no further apart are one stretch; and ends are compared over
-a gap that is no longer: in more time a worm may have turned round."""
-EXCHANGED_OVER_KEPT = 0.5
-"""Way of both ends to the other's place, over that to their own, below which they are exchanged.
-From frame to frame an end moves by a small part of the body; in a coil both may be about 1."""
+
+@dataclass(frozen=True, slots=True)
+class DoubtSettings:
+    """What is worth a look.
+
+    Attributes
+    ----------
+    most_apart_s : float
+        Doubtful frames of one kind that are no further apart are one stretch; and ends are compared
+        over a gap that is no longer: in more time a worm may have turned round.
+    exchanged_over_kept : float
+        Way of both ends to the other's place, over that to their own, below which they are
+        exchanged. From frame to frame an end moves by a small part of the body; in a coil both may
+        be about 1.
+    """
+
+    most_apart_s: float = 1.0
+    exchanged_over_kept: float = 0.5
+
+
+DOUBT = DoubtSettings()
 
 
 class Doubt(StrEnum):
@@ -64,7 +79,7 @@ class DoubtfulStretch:
         return (self.last_stamp_ns - self.first_stamp_ns) / NS_PER_S
 
 
-def doubtful_stretches(tracks: Columns) -> list[DoubtfulStretch]:
+def doubtful_stretches(tracks: Columns, settings: DoubtSettings = DOUBT) -> list[DoubtfulStretch]:
     """Return the stretches of a trial's tracks where a person should look, the worst first.
 
     Exchanges of head and tail come first, because frames on one side of each are wrong; then
@@ -75,6 +90,7 @@ def doubtful_stretches(tracks: Columns) -> list[DoubtfulStretch]:
     tracks : mapping of column name to ndarray
         As in `Results.tracks`: `frame`, `stamp_ns`, `status`, `head_certainty` and head and tail in
         pixels.
+    settings : DoubtSettings
     """
     status = tracks["status"]
     told = np.isin(status, [each.label for each in Status if each.may_have_head])
@@ -87,9 +103,9 @@ def doubtful_stretches(tracks: Columns) -> list[DoubtfulStretch]:
     runs = [
         (why, first, last)
         for why, flags in flagged.items()
-        for first, last in _runs(flags, tracks["stamp_ns"])
+        for first, last in _runs(flags, tracks["stamp_ns"], settings)
     ]
-    runs += [(Doubt.EXCHANGED, before, after) for before, after in _exchanges(tracks)]
+    runs += [(Doubt.EXCHANGED, before, after) for before, after in _exchanges(tracks, settings)]
     found = [_stretch(tracks, told, *run) for run in runs]
     return sorted(
         found,
@@ -97,27 +113,29 @@ def doubtful_stretches(tracks: Columns) -> list[DoubtfulStretch]:
     )
 
 
-def _runs(flags: _Flags, stamps_ns: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+def _runs(
+    flags: _Flags, stamps_ns: NDArray[np.int64], settings: DoubtSettings
+) -> Iterator[tuple[int, int]]:
     """Yield the first and last row of each run of flagged rows."""
     rows = np.flatnonzero(flags)
     if not rows.size:
         return
-    apart = np.diff(stamps_ns[rows]) > MOST_APART_S * NS_PER_S
+    apart = np.diff(stamps_ns[rows]) > settings.most_apart_s * NS_PER_S
     starts = np.concatenate([[0], 1 + np.flatnonzero(apart)])
     ends = np.concatenate([starts[1:] - 1, [rows.size - 1]])
     for start, end in zip(starts, ends, strict=True):
         yield int(rows[start]), int(rows[end])
 
 
-def _exchanges(tracks: Columns) -> Iterator[tuple[int, int]]:
+def _exchanges(tracks: Columns, settings: DoubtSettings) -> Iterator[tuple[int, int]]:
     """Yield the rows before and after each exchange of head and tail."""
     head, tail = (tracks[f"{end}_u_px"] + 1j * tracks[f"{end}_v_px"] for end in ("head", "tail"))
     rows = np.flatnonzero(np.isfinite(head) & np.isfinite(tail))
     before, after = rows[:-1], rows[1:]
     kept = abs(head[after] - head[before]) + abs(tail[after] - tail[before])
     exchanged = abs(head[after] - tail[before]) + abs(tail[after] - head[before])
-    near = np.diff(tracks["stamp_ns"][rows]) <= MOST_APART_S * NS_PER_S
-    for row in np.flatnonzero(near & (exchanged < EXCHANGED_OVER_KEPT * kept)):
+    near = np.diff(tracks["stamp_ns"][rows]) <= settings.most_apart_s * NS_PER_S
+    for row in np.flatnonzero(near & (exchanged < settings.exchanged_over_kept * kept)):
         yield int(before[row]), int(after[row])
 
 

@@ -65,10 +65,6 @@ def head_step_m(sums: Sums, rule: str = "") -> float:
     return float(distance_m / intervals) if intervals else 0.0
 
 
-NOISE_ERROR = 0.6
-"""Two standard errors of the noise, relative, for one contact."""
-
-
 def radius_noise_m(sums: Sums) -> tuple[Interval, float]:
     """Return the noise of the radius with its interval, and the distance that counts as contact.
 
@@ -79,9 +75,8 @@ def radius_noise_m(sums: Sums) -> tuple[Interval, float]:
 
 def _radius_noise_m(sums: Sums) -> tuple[Interval, float]:
     trials = [trial["radius_noise"].sum(axis=0) for trial in sums.trials if "radius_noise" in trial]
-    seen = [
-        (noise / n, threshold / n, NOISE_ERROR / sqrt(n)) for n, noise, threshold in trials if n > 0
-    ]
+    of_one = sums.settings.noise_error_of_one_contact
+    seen = [(noise / n, threshold / n, of_one / sqrt(n)) for n, noise, threshold in trials if n > 0]
     noise_m, threshold_m, error = max(
         seen, key=lambda found: found[0] / found[1], default=(nan, nan, nan)
     )

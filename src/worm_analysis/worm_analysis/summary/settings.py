@@ -30,6 +30,8 @@ class EstimateSettings:
     most_noise_for_rule, most_noise_for_states : float
         Noise of the head's radius, in thresholds of contact, beyond which numbers of contacts are
         refused: one threshold on noisy radii flickers; from two states d_c is 5 % off beyond.
+    noise_error_of_one_contact : float
+        Two standard errors of that noise, relative, where it is known from one contact.
     off_by_noise : float
         Relative error of numbers of contacts, times noise over threshold: what the laws of depth
         leave open, measured on hops of four shapes (docs/contact_noise.md). No longer trial mends
@@ -75,6 +77,7 @@ class EstimateSettings:
     steps_a_group: float = 3.0
     most_noise_for_rule: float = 0.25
     most_noise_for_states: float = 0.4
+    noise_error_of_one_contact: float = 0.6
     off_by_noise: float = 0.2
     most_hidden: float = 0.1
     most_end_over_value: float = 100.0
