@@ -83,7 +83,7 @@ class Filming:
     bubbles_mm: tuple[float, float] = (0.4, 1.1)
     glare_mm: tuple[float, float] = (0.4, 1.0)
     glare_grey: float = 60.0
-    least_moments: int = 3
+    least_moments: int = 2
     drift_step_px: float = 0.125
 
     def __post_init__(self) -> None:
