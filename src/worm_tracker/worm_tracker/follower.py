@@ -25,6 +25,7 @@ from worm_tracker.midline.body_residual import (
     dark_places,
     unexplained,
 )
+from worm_tracker.midline.body_shade import shade_along
 from worm_tracker.midline.contour_midline import (
     ContourMidline,
     ContourMidlineSettings,
@@ -36,8 +37,8 @@ from worm_tracker.midline.refine import RefinedMidline, RefineSettings, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import BackwardPropagation
-from worm_tracker.propagation.body_candidates import PropagationSettings
 from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
+from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
 
 
@@ -327,7 +328,9 @@ class Follower:
             model = BodyModel.of(found, seen.blob.area, seen.gain, settings.body_model)
         else:
             model = model.updated(found, seen.blob.area, seen.gain)
-        self._track.learn(model)
+        line = as_complex(seen.view.in_window(found.points))
+        shade = shade_along(seen.view.smooth, line, found.widths)
+        self._track.learn(model.with_shade(shade, seen.gain))
 
     def _propagate(
         self, detection: Detection, contour_body: RefinedMidline | None

@@ -40,6 +40,9 @@ class Observation:
         Not told, but which end is which is carried on by it.
     explains : bool
         Whether what its midline leaves over of the object is within limits.
+    turned_round : bool
+        Whether its body was followed the wrong way round until now: its ends are not those of the
+        picture before.
     """
 
     status: Status
@@ -56,6 +59,7 @@ class Observation:
     kept: Detection | None = None
     followed: "Observation | None" = None
     explains: bool = True
+    turned_round: bool = False
 
     @property
     def has_midline(self) -> bool:

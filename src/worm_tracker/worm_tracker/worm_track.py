@@ -39,6 +39,8 @@ class PropagatedBody:
         How many pictures lie between it and the last one that it explained; 0 where it explains
         this one. It stays, whatever is explained later, where its strands may have changed places
         meanwhile.
+    turned_round : bool
+        Whether it was followed the wrong way round until now.
     """
 
     path: BodyPath
@@ -50,6 +52,7 @@ class PropagatedBody:
     straighter: float = 0.0
     loops_known: bool = True
     frames_unexplained: int = 0
+    turned_round: bool = False
 
     @property
     def points(self) -> Floats:

@@ -8,23 +8,27 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from crawling_worm import FRAME_NS
-from drawn_folds import laid
+from drawn_folds import Drawn, laid, rounded_widths
 
 from worm_model.evaluation.distances import as_given_rms, resampled
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
 from worm_tracker.follower import Follower, FollowerSettings
+from worm_tracker.head_tail.link import Chain, LinkSettings
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
-from worm_tracker.midline.body_residual import ObjectMasks, Unexplained
+from worm_tracker.midline.body_residual import (
+    BodyResidualSettings,
+    ObjectMasks,
+    Unexplained,
+    strands,
+)
+from worm_tracker.midline.body_shade import ACROSS, BodyShade, ShadedObject
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import exchanged_strands
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.propagation.body_candidates import (
-    Candidate,
-    CandidateSearch,
-    PropagationSettings,
-)
+from worm_tracker.propagation.body_candidates import Candidate, CandidateSearch
 from worm_tracker.propagation.propagation import observation_of
+from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.tracker import Tracker
 from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
 
@@ -176,7 +180,8 @@ def candidate(path, left_over_widths2=0.0):
     ("before", "frames", "left_over_widths2", "unexplained"),
     [
         pytest.param(0, 1, 0.1, 0, id="followed"),
-        pytest.param(2, 1, 0.3, 3, id="not explained yet"),
+        pytest.param(2, 1, 0.4, 3, id="not explained yet"),
+        pytest.param(2, 1, 0.25, 2, id="hardly unexplained"),
         pytest.param(5, 1, 0.1, 0, id="explained in time"),
         pytest.param(6, 1, 0.1, 6, id="explained too late"),
         pytest.param(0, 6, 0.1, 0, id="sought in time"),
@@ -192,6 +197,80 @@ def test_a_body_is_not_told_again_once_its_strands_had_time_to_change_places(
     left = search.frames_unexplained(candidate(path, left_over_widths2))
     assert left == unexplained
     assert replace(search.body, frames_unexplained=left).is_explained is (unexplained == 0)
+
+
+LINE = [(16.0, 0.05)]
+ACROSS_ITSELF = [(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)]
+
+
+@pytest.mark.parametrize(
+    ("arcs", "left_over_widths2", "shade_is_known", "is_found_again"),
+    [
+        pytest.param(LINE, 0.0, True, True, id="nothing else explains the picture"),
+        pytest.param(ACROSS_ITSELF, 0.0, True, True, id="the other way bends much more"),
+        pytest.param(LINE, 0.15, True, False, id="something is left over"),
+        pytest.param(LINE, 0.0, False, False, id="overlaps are not told"),
+        pytest.param(None, 0.0, True, False, id="a loop may be passed either way"),
+    ],
+)
+def test_a_lost_body_is_found_again_where_no_other_explains_the_picture(
+    arcs, left_over_widths2, shade_is_known, is_found_again
+):
+    width = 15.0
+    path = kinked_loop(2.5, width) if arcs is None else BodyPath(evenly(laid(arcs, width), 240))
+    search = search_after(path, width, 1, loops_known=True)
+    one_layer = BodyShade.of(np.full((65, len(ACROSS)), 100.0))
+    shaded = ShadedObject(search.signal, one_layer, 0.5) if shade_is_known else None
+    lost = replace(search.body, frames_unexplained=9)
+    search = replace(search, body=lost, seen=replace(search.seen, shaded=shaded))
+    left = search.frames_unexplained(candidate(path, left_over_widths2))
+    assert left == (0 if is_found_again else 9)
+
+
+def tapered_body(turned):
+    """Return a search in a picture of a tapered body, and the body the right or wrong way round."""
+    width, n = 12.0, 65
+    drawn = Drawn.of([(16.0, 0.08)], width)
+    s = np.linspace(0.0, drawn.length, n)
+    widths = rounded_widths(s, width) * np.clip(1.0 - 0.1 * (s / width - 6.0), 0.2, 1.0)
+    path = BodyPath(evenly(drawn.curve, 240))
+    mask, _ = strands(drawn.mask.shape, path.points, widths, width, BodyResidualSettings())
+    search = search_after(path, width, 1, loops_known=True)
+    search = replace(
+        search,
+        seen=ObjectMasks(mask, None, width, search.settings.residual),
+        model=replace(search.model, widths=widths),
+    )
+    last = path.turned_round() if turned else path
+    return replace(search, last=last, body=replace(search.body, path=last)), last
+
+
+@pytest.mark.parametrize("turned", [True, False])
+def test_a_body_followed_the_wrong_way_round_is_turned_round_by_its_widths(turned):
+    search, path = tapered_body(turned)
+    told = search.turned_round(search.scored(path, search.model.widths))
+    assert told.turned_round is turned
+    assert np.array_equal(told.path.curve, path.curve[::-1] if turned else path.curve)
+    assert search.over_limits(told) <= 1
+
+
+def test_a_body_as_wide_at_both_ends_is_not_turned_round():
+    search, path = tapered_body(turned=True)
+    even = np.full(65, 12.0)
+    search = replace(search, model=replace(search.model, widths=even))
+    assert not search.turned_round(search.scored(path, even)).turned_round
+
+
+def test_ends_are_not_linked_over_a_body_that_was_turned_round():
+    path = kinked_loop(2.5, 15.0)
+    search = search_after(path, 15.0, 1, loops_known=True)
+    first = observation_of(search.body, search.model, 0.95, PropagationSettings())
+    chain = Chain(WormTrack(), LinkSettings())
+    chain.push(first)
+    assert chain.push(first).reliability > 0.99
+    again = replace(search.body, turned_round=True)
+    turned = observation_of(again, search.model, 0.95, PropagationSettings())
+    assert chain.push(turned).reliability == 0.5
 
 
 @pytest.mark.parametrize(

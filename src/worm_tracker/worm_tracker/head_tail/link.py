@@ -156,7 +156,8 @@ class Chain:
         self._track.link(points)
         new_body = self._track.bodies_begun != self._bodies_begun
         self._bodies_begun = self._track.bodies_begun
-        return Link(observation, 0.5 if new_body else reliability, motion, new_body)
+        unlinked = new_body or observation.turned_round
+        return Link(observation, 0.5 if unlinked else reliability, motion, new_body)
 
     def _reliability(
         self, points: Floats, last: Floats, width: float, near: float, far: float

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from math import log
 
 from worm_msgs_py.arrays import Floats
+from worm_tracker.midline.body_shade import BodyShade
 from worm_tracker.midline.curve import length_of
 from worm_tracker.midline.refine import RefinedMidline
 
@@ -18,6 +19,8 @@ class BodyModelSettings:
     """Weight of a frame in the running mean of how dark overlaps are."""
     learned_frames: int = 30
     """Midlines from which on widths and length are known well enough to go back through a fold."""
+    shade_frames: int = 30
+    """Midlines from which on the signal of each of its places is."""
     young_frames: int = 150
     """Midlines until which the first ones may have been of a body laid double, or seen in part."""
     most_log_growth: float = 0.15
@@ -52,6 +55,8 @@ class BodyModel:
     length_scatter : float
         Mean deviation of the log of its length: a worm that strokes has more.
     settings : BodyModelSettings
+    shade : BodyShade or None
+        Signal of one layer of it, place by place; None before it was seen.
     frames : int
         How many there were.
     """
@@ -68,6 +73,7 @@ class BodyModel:
     first_length: float
     darkening: float = 0.0
     length_scatter: float = 0.02
+    shade: BodyShade | None = None
     frames: int = 1
 
     @classmethod
@@ -107,6 +113,7 @@ class BodyModel:
             darkening=self.darkening,
             length_scatter=self.length_scatter + rate * (off - self.length_scatter),
             first_length=self.first_length,
+            shade=self.shade,
             frames=self.frames + 1,
         )
 
@@ -124,6 +131,22 @@ class BodyModel:
         """Tell whether a length shows that the first midlines were of a body laid double."""
         growth = log(length / self.first_length)
         return self.is_young and growth > self.settings.most_log_growth
+
+    def with_shade(self, seen: Floats, gain: float) -> "BodyModel":
+        """Return the model with the signal of one picture more, along the body and across it."""
+        seen = seen * (self.gain / gain)
+        if self.shade is None:
+            return replace(self, shade=BodyShade.of(seen))
+        return replace(
+            self, shade=self.shade.updated(seen, self.settings.least_weight_of_new_frame)
+        )
+
+    def shade_at(self, gain: float) -> BodyShade | None:
+        """Return the signal of one layer in a picture of some brightness; None if not yet known."""
+        shade, brighter = self.shade, gain / self.gain
+        if shade is None or shade.frames < self.settings.shade_frames:
+            return None
+        return replace(shade, mean=shade.mean * brighter, variance=shade.variance * brighter**2)
 
     def levels_at(self, gain: float) -> Floats:
         """Return the signal on the midline in a picture of some brightness."""

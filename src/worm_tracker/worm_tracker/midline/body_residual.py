@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Floats, Picture
+from worm_tracker.midline.body_shade import ShadedObject, misjudged_layers
 from worm_tracker.midline.curve import as_complex, complex_arc_length
 
 Image = cv2.typing.MatLike
@@ -76,12 +77,15 @@ class ObjectMasks:
     width : float
         The body's, pixels.
     settings : BodyResidualSettings
+    shaded : ShadedObject or None
+        What one layer of the body looks like, place by place, where that is known.
     """
 
     mask: Picture
     dark: Picture | None
     width: float
     settings: BodyResidualSettings
+    shaded: ShadedObject | None = None
 
     @property
     def rim(self) -> float:
@@ -178,8 +182,12 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
     if dark is not None:
         single = cv2.bitwise_and(dark, cv2.bitwise_not(_grown(twice, 1.5 * rim)))
         wanted = cv2.bitwise_or(wanted, single)
-        pale = cv2.bitwise_and(_shrunk(twice, rim), seen.beyond_dark)
-        overlap = _largest_area(_shrunk(single, rim)) + _largest_area(pale)
+        if seen.shaded is not None:
+            once = cv2.bitwise_not(_grown(twice, 1.5 * rim))
+            overlap = misjudged_layers(seen.shaded, points, widths, once, _shrunk(twice, rim))
+        else:
+            pale = cv2.bitwise_and(_shrunk(twice, rim), seen.beyond_dark)
+            overlap = _largest_area(_shrunk(single, rim)) + _largest_area(pale)
     scale = seen.width**-2
     return Unexplained(
         _largest_area(_without_specks(left_over)) * scale,

@@ -54,8 +54,8 @@ class Covers:
         On the path itself: surely, and perhaps (its edge is near).
     inside, outside : ndarray of bool, shape (n, 2)
         Just within and just beyond the body's edge, on the left and on the right.
-    level : float
-        Signal of another part, grey levels.
+    level, level_sd : float
+        Signal of another part, grey levels, and how far that of some part differs from it.
     darkening : float
         What a part adds to the signal of one that it lies on, over its own; 0 where nothing.
     """
@@ -65,13 +65,14 @@ class Covers:
     inside: Mask
     outside: Mask
     level: float
+    level_sd: float
     darkening: float
 
     @classmethod
     def none(cls, n: int) -> "Covers":
         """Return that no part lies over another."""
         line, sides = np.zeros(n, np.bool_), np.zeros((n, 2), np.bool_)
-        return cls(line, line, sides, sides, 0.0, 0.0)
+        return cls(line, line, sides, sides, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

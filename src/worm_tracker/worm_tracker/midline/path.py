@@ -71,6 +71,10 @@ class BodyPath:
         """Return the path in coordinates whose origin is elsewhere."""
         return BodyPath(self.curve + by, self.ways)
 
+    def turned_round(self) -> "BodyPath":
+        """Return the path from its last end to its first."""
+        return BodyPath(self.curve[::-1], (-self.ways[1], -self.ways[0]))
+
     def transformed(self, motion: Floats) -> "BodyPath":
         """Return the path where an affine map (2, 3) of the picture takes it."""
         curve = as_complex(transformed_points(as_points(self.curve), motion))

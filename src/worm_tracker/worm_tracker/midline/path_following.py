@@ -17,6 +17,7 @@ from scipy.linalg import solveh_banded
 
 from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
 from worm_tracker.midline.body_ends import BodyEnd, BodyEndsSettings, find_ends
+from worm_tracker.midline.body_shade import marks_of
 from worm_tracker.midline.cross_sections import (
     Covers,
     CrossSections,
@@ -112,6 +113,11 @@ class ExpectedBody:
     def level(self) -> float:
         """The signal of most of the body, grey levels."""
         return median_of(self.levels)
+
+    @cached_property
+    def level_sd(self) -> float:
+        """How far the signal of its parts differs from that: a skin has marks."""
+        return self.level * marks_of(self.levels)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -226,6 +232,7 @@ def _expected_body(view: _View, extended: _Extended) -> _Along:
         inside=covered[:, [2, 4]],
         outside=covered[:, [3, 5]],
         level=body.level,
+        level_sd=body.level_sd,
         darkening=body.darkening,
     )
     return _Along(half, level, covers)
@@ -350,6 +357,7 @@ def _log_odds(seen: CrossSections, along: _Along, settings: PathFollowingSetting
     without = np.where(covers.middle, covers.level, 0.0)
     with_it = np.where(covers.middle, covers.level + covers.darkening * along.level, along.level)
     sd = settings.ends.level_sd_relative * along.level
+    sd = np.where(covers.middle, np.hypot(sd, covers.level_sd), sd)
     odds = (seen.spine - (with_it + without) / 2) * (with_it - without) / np.maximum(sd, 1.0) ** 2
     border = covers.either & ~covers.middle
     return np.where(border & (odds > 0), 0.0, odds)

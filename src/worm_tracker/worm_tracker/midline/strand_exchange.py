@@ -57,7 +57,9 @@ def exchanged_strands(
     return (None, 0.0) if exchanged is None else (BodyPath(exchanged), best)
 
 
-def doubtful_loops(path: BodyPath, width: float, settings: StrandExchangeSettings) -> list[float]:
+def doubtful_loops(
+    path: BodyPath, width: float, settings: StrandExchangeSettings, least_gain_rad2: float = 0.0
+) -> list[float]:
     """Return the breadths of the loops that are straighter if passed the other way round, pixels.
 
     The picture shows the same then, but a part of the body lies elsewhere: by as much as this.
@@ -69,12 +71,14 @@ def doubtful_loops(path: BodyPath, width: float, settings: StrandExchangeSetting
     width : float
         The body's, pixels.
     settings : StrandExchangeSettings
+    least_gain_rad2 : float
+        How much straighter at least: less than 0 for ways that bend little more, too.
     """
     breadths = []
     for i, j, gain, _ in _other_ways(path.curve, width, path.step, settings):
         loop = path.curve[i : j + 1]
         breadth = float(np.abs(loop - loop[::-1]).max())
-        if gain > 0 and breadth > width:
+        if gain > least_gain_rad2 and breadth > width:
             breadths.append(breadth)
     return breadths
 

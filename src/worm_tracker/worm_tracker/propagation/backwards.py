@@ -14,8 +14,9 @@ from worm_tracker.midline.path import path_of
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.strand_exchange import doubtful_loops
 from worm_tracker.observation import Observation
-from worm_tracker.propagation.body_candidates import CandidateSearch, PropagationSettings
+from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
+from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
 
@@ -68,7 +69,8 @@ class BackwardPropagation:
         detection, settings = self._left.pop(), self._settings
         self._model = model = _as_dark_as(detection, self._model, settings.residual)
         found = self._find(detection)
-        if found is None or found.over_limits > settings.lost_over_limits:
+        lost = found is None or found.over_limits > settings.lost_over_limits
+        if found is None or lost or found.turned_round:
             self._left = []
             raise StopIteration
         observation = observation_of(found, model, found.agreement, settings)

@@ -4,101 +4,32 @@ A body is slid along itself; its bends and ends are laid anew where something is
 deformable one is fitted where that does not do.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import log, sqrt
 
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.detection import Detection
-from worm_tracker.midline.body_model import BodyModel, end_displacement
+from worm_tracker.midline.body_model import BodyModel, end_displacement, is_nearer_reversed
 from worm_tracker.midline.body_residual import (
-    BodyResidualSettings,
     ObjectMasks,
     Unexplained,
     dark_places,
     unexplained,
 )
+from worm_tracker.midline.body_shade import ShadedObject, marks_of
 from worm_tracker.midline.curve import as_points
-from worm_tracker.midline.deformable_fit import BodyFitSettings, fit_body
+from worm_tracker.midline.deformable_fit import fit_body
 from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
-from worm_tracker.midline.path_following import (
-    ExpectedBody,
-    PathFollowingSettings,
-    slide_along_path,
-)
+from worm_tracker.midline.path_following import ExpectedBody, slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
-from worm_tracker.midline.regrown_ends import RegrownEndsSettings, regrown
+from worm_tracker.midline.regrown_ends import regrown
 from worm_tracker.midline.self_cover import lies_near_itself
-from worm_tracker.midline.strand_exchange import (
-    StrandExchangeSettings,
-    doubtful_loops,
-    exchanged_strands,
-)
-from worm_tracker.midline.strand_shift import StrandShiftSettings, shifted_strands
+from worm_tracker.midline.strand_exchange import doubtful_loops, exchanged_strands
+from worm_tracker.midline.strand_shift import shifted_strands
+from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
-
-
-@dataclass(frozen=True, slots=True)
-class PropagationSettings:
-    """What a propagated body must explain of the picture, and what it may change."""
-
-    first_expected_agreement: float = 0.95
-    """What a body is expected to agree with the picture that touches itself for the first time."""
-    expected_agreement_lost_per_frame: float = 0.005
-    """What that expectation loses in a frame: a tighter coil is drawn less well."""
-    most_agreement_lost_sliding: float = 0.02
-    """How much less than expected a slid body may have before others are tried."""
-    most_agreement_lost_unsure: float = 0.06
-    """The same where a slid body does not explain all: it is followed, but not told."""
-    most_agreement_lost_resliding: float = 0.02
-    """How much less than the fitted body the one slid from it, below a pixel, may have."""
-    end_displacement_cost_per_length: float = 0.3
-    """What moving an end by a length takes off a body's score."""
-    log_stretch_cost: float = 1.0
-    """What a unit of log length takes off it."""
-    free_log_stretch: float = 0.05
-    """Log of the length over the known one that costs nothing: a worm's own stroke."""
-    unexplained_cost_per_width2: float = 0.15
-    """What a squared width that is not explained takes off it."""
-    end_part_widths: float = 2.0
-    """How much of the body an end is that may taper."""
-    most_stretches: int = 3
-    """How often a bend is laid anew."""
-    most_end_sd_widths: float = 0.35
-    """Standard deviation of an end's place from which on it is told as hidden."""
-    near_end_widths: float = 1.1
-    """How near another part of the body an end lies on it or against it."""
-    lost_over_limits: float = 6.0
-    """How many times what may be left over is left where a body is lost, and others are tried: each
-    takes long."""
-    most_turn_rad_per_width: float = 2.0
-    """Turn over a width beyond which a midline has a kink: half a turn is a body laid double."""
-    kink_cost_per_rad: float = 0.05
-    """What a radian more takes off its agreement."""
-    length_sd_over_scatter: float = 2.0
-    least_length_scatter: float = 0.03
-    """How far a folded body's length may be from the known one: that many mean deviations of the
-    open body's."""
-    length_sd_relative: float = 0.04
-    """How far the length of a body that strokes gets from what is expected, in a frame."""
-    open_loop_widths: float = 2.0
-    """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
-    cross each other unseen."""
-    most_frames_unexplained: int = 5
-    """Most pictures in a row that a body may leave unexplained and still be the one followed."""
-    least_agreement_backwards: float = 0.75
-    """What a body that is propagated backwards must have: nothing else supports it."""
-    most_agreement_lost_backwards: float = 0.04
-    """How much less than expected it may have."""
-    most_fits_backwards: int = 12
-    """Pictures in which a body may be fitted that does not slide there: many would take long."""
-    regrow: RegrownEndsSettings = field(default_factory=RegrownEndsSettings)
-    exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)
-    shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
-    residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
-    path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
-    fit: BodyFitSettings = field(default_factory=BodyFitSettings)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,6 +48,8 @@ class Candidate:
         How surely its ends are where they are said to be.
     straighter : float
         As in `PropagatedBody`: how much straighter it would be with two of its strands exchanged.
+    turned_round : bool
+        Whether it was followed the wrong way round until now.
     """
 
     path: BodyPath
@@ -124,6 +57,7 @@ class Candidate:
     unexplained: Unexplained
     end_sd_px: tuple[float, float] = (0.0, 0.0)
     straighter: float = 0.0
+    turned_round: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -156,7 +90,9 @@ class CandidateSearch:
         if model.darkening > settings.residual.least_darkening:
             level = model.level * detection.gain / model.gain
             dark = dark_places(detection.view.smooth, level, model.darkening, settings.residual)
-        seen = ObjectMasks(mask, dark, model.width, settings.residual)
+        shade, smooth = model.shade_at(detection.gain), detection.view.smooth
+        shaded = None if shade is None else ShadedObject(smooth, shade, model.darkening)
+        seen = ObjectMasks(mask, dark, model.width, settings.residual, shaded)
         levels = model.levels_at(detection.gain)
         return cls(detection.view.signal, seen, levels, origin, model, body, last, frames, settings)
 
@@ -175,6 +111,7 @@ class CandidateSearch:
             found.straighter,
             self.loops_known(found.path),
             self.frames_unexplained(found),
+            found.turned_round,
         )
 
     def frames_unexplained(self, found: Candidate) -> int:
@@ -185,17 +122,34 @@ class CandidateSearch:
         followed, until its contour shows it and goes on where that was.
         """
         between = self.body.frames_unexplained + self.frames - 1
-        if self.over_limits(found) > 1:
-            return between + 1
-        return 0 if between <= self.settings.most_frames_unexplained else between
+        over = self.over_limits(found)
+        if over > 1:
+            return between + (over > self.settings.most_over_limits_followed)
+        lost = between > self.settings.most_frames_unexplained
+        return between if lost and not self.is_only_explanation(found) else 0
+
+    def is_only_explanation(self, found: Candidate) -> bool:
+        """Tell whether no other body can explain the picture, however this one was found.
+
+        Hardly anything is left over, overlaps are told by their darkness, and nowhere could its
+        strands be passed the other way round without bending much more.
+        """
+        settings = self.settings
+        if self.seen.shaded is None or self.over_limits(found) > settings.most_over_limits_alone:
+            return False
+        most = -settings.least_bend_of_other_way_rad2
+        return not doubtful_loops(found.path, self.model.width, settings.exchange, most)
 
     def loops_known(self, path: BodyPath) -> bool:
         """Tell whether it is known which way round the loops of a path are passed.
 
         One in doubt that has been followed, and open, since it was known is passed as it was.
         """
-        breadths = doubtful_loops(path, self.model.width, self.settings.exchange)
-        open_px = self.settings.open_loop_widths * self.model.width
+        settings = self.settings
+        marked = marks_of(self.model.levels) > settings.least_marks
+        least_gain = -settings.bend_lost_in_marks_rad2 if marked else 0.0
+        breadths = doubtful_loops(path, self.model.width, settings.exchange, least_gain)
+        open_px = settings.open_loop_widths * self.model.width
         was_known = self.body.loops_known and self.frames == 1
         return not breadths or (was_known and min(breadths) > open_px)
 
@@ -229,7 +183,21 @@ class CandidateSearch:
             return None
         if self.over_limits(found) > 1:
             found = self.regrown(found)
-        return self.exchanged(found)
+        return self.turned_round(self.exchanged(found))
+
+    def turned_round(self, found: Candidate) -> Candidate:
+        """Return a body the other way round where its widths then explain the object, else itself.
+
+        In a fold an end may have been taken for the other one: what is slid on from there lies
+        right, and is drawn with its tail as wide as a head.
+        """
+        if self.over_limits(found) < self.settings.least_turned_over_limits:
+            return found
+        turned = self.scored(found.path.turned_round(), self.model.widths)
+        if self.over_limits(turned) > 1:
+            return found
+        was_wrong = is_nearer_reversed(turned.path.points, self.last.points)
+        return replace(turned, end_sd_px=found.end_sd_px[::-1], turned_round=was_wrong)
 
     def exchanged(self, found: Candidate) -> Candidate:
         """Return a body with two strands exchanged where it is straighter and explains as much."""

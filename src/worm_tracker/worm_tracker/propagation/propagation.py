@@ -18,7 +18,8 @@ from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.observation import Observation
-from worm_tracker.propagation.body_candidates import CandidateSearch, PropagationSettings
+from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
 
@@ -125,6 +126,7 @@ def observation_of(
         occluded=(min(first, len(body.points)), min(last, len(body.points))),
         end_sd_px=end_sd_px,
         explains=body.over_limits <= 1,
+        turned_round=body.turned_round,
     )
 
 

@@ -1,0 +1,160 @@
+"""How dark a body is at each of its places, as its open pictures show it, and where it is not.
+
+A skin has marks: dark ones are no overlaps, and pale ones are no water. What one layer of the body
+lets through is learned place by place, along the body and across it, and how far it scatters.
+A place is darker than one layer, or paler than two, only against that.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
+from worm_tracker.midline.cross_sections import interpolate
+from worm_tracker.midline.curve import as_complex, tangents
+
+Image = cv2.typing.MatLike
+
+ACROSS = np.linspace(-0.3, 0.3, 7)
+"""Places across the body, in widths: short of its edges, which the lens blurs."""
+_LEAST_SD_RELATIVE = 0.05
+"""Scatter at least, over the signal: a midline is not found better in a fold."""
+_SURE_SDS = 3.0
+"""How many standard deviations a place must be from one layer, or from two, not to be it."""
+_END_WIDTHS = 1.0
+"""How much of an end is not too dark: its signal falls so steeply that a pixel's way changes it."""
+_OTHER_PART_WIDTHS = 1.5
+"""Distance along the body from which on another part of it may lie on a place."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BodyShade:
+    """Signal of one layer of a body.
+
+    Attributes
+    ----------
+    mean : ndarray, shape (n, len(ACROSS))
+        Grey levels, along the body and across it.
+    variance : ndarray, same shape
+        Mean square of what a picture differs from that.
+    frames : int
+        How many pictures it rests on.
+    """
+
+    mean: Floats
+    variance: Floats
+    frames: int = 1
+
+    @classmethod
+    def of(cls, seen: Floats) -> "BodyShade":
+        """Return what a first picture tells, (n, len(ACROSS))."""
+        return cls(seen, np.zeros_like(seen))
+
+    def updated(self, seen: Floats, least_weight: float) -> "BodyShade":
+        """Return it with one picture more, (n, len(ACROSS)) in the same order of the ends."""
+        off = seen - self.mean
+        rate = max(1 / (self.frames + 1), least_weight)
+        variance = self.variance + rate * (off**2 - self.variance)
+        return BodyShade(self.mean + rate * off, variance, self.frames + 1)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ShadedObject:
+    """A picture of an object, and what one layer of the body looks like in it.
+
+    Attributes
+    ----------
+    signal : ndarray of uint8, shape (h, w)
+    shade : BodyShade
+        In the brightness of this picture.
+    darkening : float
+        How much darker two parts are that lie on each other than one, relatively.
+    """
+
+    signal: Picture
+    shade: BodyShade
+    darkening: float
+
+
+def marks_of(levels: Floats) -> float:
+    """Return how far a body's signal differs along it, its ends left out, over its median."""
+    cut = len(levels) // 10
+    inner = levels[cut : len(levels) - cut]
+    return float(np.std(inner) / max(float(np.median(inner)), 1.0))
+
+
+def shade_along(signal: Picture, line: Complex, widths: Floats) -> Floats:
+    """Return a picture's signal along a body and across it, shape (n, len(ACROSS)).
+
+    Parameters
+    ----------
+    signal : ndarray of uint8, shape (h, w)
+    line : ndarray of complex, shape (n,)
+        The midline in the picture's coordinates, u + iv.
+    widths : ndarray, shape (n,)
+    """
+    normal = 1j * tangents(line) * widths
+    return np.asarray(interpolate(signal, line[:, None] + normal[:, None] * ACROSS), np.float64)
+
+
+def misjudged_layers(
+    seen: ShadedObject, points: Floats, widths: Floats, once: Image, twice: Image
+) -> float:
+    """Return where a body has other layers than the picture, the largest pieces, square pixels.
+
+    Parameters
+    ----------
+    seen : ShadedObject
+    points : ndarray, shape (n, 2)
+        The body's midline at equal steps, in the picture's coordinates.
+    widths : ndarray, shape (n,)
+    once, twice : ndarray of uint8, shape (h, w)
+        Where it lies surely once, and twice; not zero there.
+    """
+    line = as_complex(points)
+    n, width = len(line), float(np.median(widths))
+    step = float(np.abs(np.diff(line)).mean())
+    signal, shade = shade_along(seen.signal, line, widths), seen.shade
+    one, level = _at_nodes(shade.mean, n), float(np.median(shade.mean))
+    sd = np.sqrt(_at_nodes(shade.variance, n) + (_LEAST_SD_RELATIVE * level) ** 2)
+    normal = 1j * tangents(line) * widths
+    at = np.rint((line[:, None] + normal[:, None] * ACROSS).view(np.float64)).astype(np.intp)
+    h, w = once.shape
+    u, v = at[:, 0::2].clip(0, w - 1), at[:, 1::2].clip(0, h - 1)
+    dark = signal > one + np.maximum(0.5 * seen.darkening * level, _SURE_SDS * sd)
+    single, double = dark & (once[v, u] > 0), twice[v, u] > 0
+    ends = round(_END_WIDTHS * width / step)
+    single[:ends] = single[n - ends :] = False
+    cells = _largest(single)
+    if double.any():
+        more = seen.darkening * one[_other_part(line, width, step), len(ACROSS) // 2][:, None]
+        least = np.minimum(0.5 * more, more - _SURE_SDS * sd)
+        cells += _largest(double & (signal < one + least))
+    return cells * step * width * float(ACROSS[1] - ACROSS[0])
+
+
+def _at_nodes(mean: Floats, n: int) -> Floats:
+    """Return values along a body at so many nodes of it."""
+    at = np.linspace(0, len(mean) - 1, n)
+    before = np.minimum(at.astype(np.intp), len(mean) - 2)
+    part = (at - before)[:, None]
+    return np.asarray((1 - part) * mean[before] + part * mean[before + 1], np.float64)
+
+
+def _other_part(line: Complex, width: float, step: float) -> NDArray[np.intp]:
+    """Return for each node the nearest one that is not of the same part of the body."""
+    away = np.abs(line[:, None] - line)
+    along = np.abs(np.arange(len(line))[:, None] - np.arange(len(line)))
+    away[along * step < _OTHER_PART_WIDTHS * width] = np.inf
+    return np.asarray(away.argmin(axis=1), np.intp)
+
+
+def _largest(cells: Mask) -> float:
+    """Return how many cells the largest connected piece has, but for what is a cell across."""
+    image = cv2.erode(cells.astype(np.uint8), np.ones((1, 3), np.uint8))
+    if not image.any():
+        return 0.0
+    _, _, stats, _ = cv2.connectedComponentsWithStats(image, connectivity=8)
+    return float(stats[1:, cv2.CC_STAT_AREA].max())

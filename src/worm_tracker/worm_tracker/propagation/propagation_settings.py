@@ -1,0 +1,86 @@
+"""The constants of a body's propagation: what it must explain, what it may change."""
+
+from dataclasses import dataclass, field
+
+from worm_tracker.midline.body_residual import BodyResidualSettings
+from worm_tracker.midline.deformable_fit import BodyFitSettings
+from worm_tracker.midline.path_following import PathFollowingSettings
+from worm_tracker.midline.regrown_ends import RegrownEndsSettings
+from worm_tracker.midline.strand_exchange import StrandExchangeSettings
+from worm_tracker.midline.strand_shift import StrandShiftSettings
+
+
+@dataclass(frozen=True, slots=True)
+class PropagationSettings:
+    """What a propagated body must explain of the picture, and what it may change."""
+
+    first_expected_agreement: float = 0.95
+    """What a body is expected to agree with the picture that touches itself for the first time."""
+    expected_agreement_lost_per_frame: float = 0.005
+    """What that expectation loses in a frame: a tighter coil is drawn less well."""
+    most_agreement_lost_sliding: float = 0.02
+    """How much less than expected a slid body may have before others are tried."""
+    most_agreement_lost_unsure: float = 0.06
+    """The same where a slid body does not explain all: it is followed, but not told."""
+    most_agreement_lost_resliding: float = 0.02
+    """How much less than the fitted body the one slid from it, below a pixel, may have."""
+    end_displacement_cost_per_length: float = 0.3
+    """What moving an end by a length takes off a body's score."""
+    log_stretch_cost: float = 1.0
+    """What a unit of log length takes off it."""
+    free_log_stretch: float = 0.05
+    """Log of the length over the known one that costs nothing: a worm's own stroke."""
+    unexplained_cost_per_width2: float = 0.15
+    """What a squared width that is not explained takes off it."""
+    end_part_widths: float = 2.0
+    """How much of the body an end is that may taper."""
+    most_stretches: int = 3
+    """How often a bend is laid anew."""
+    most_end_sd_widths: float = 0.35
+    """Standard deviation of an end's place from which on it is told as hidden."""
+    near_end_widths: float = 1.1
+    """How near another part of the body an end lies on it or against it."""
+    least_turned_over_limits: float = 1.5
+    """How many times what may be left over is left where a body is tried the other way round."""
+    lost_over_limits: float = 6.0
+    """How many times what may be left over is left where a body is lost, and others are tried: each
+    takes long."""
+    most_turn_rad_per_width: float = 2.0
+    """Turn over a width beyond which a midline has a kink: half a turn is a body laid double."""
+    kink_cost_per_rad: float = 0.05
+    """What a radian more takes off its agreement."""
+    length_sd_over_scatter: float = 2.0
+    least_length_scatter: float = 0.03
+    """How far a folded body's length may be from the known one: that many mean deviations of the
+    open body's."""
+    length_sd_relative: float = 0.04
+    """How far the length of a body that strokes gets from what is expected, in a frame."""
+    open_loop_widths: float = 2.0
+    """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
+    cross each other unseen."""
+    least_marks: float = 0.06
+    bend_lost_in_marks_rad2: float = 0.1
+    """How far a skin's signal differs along it, over itself, from which on its marks hide where
+    two strands lie on each other, and how much less straight the other way past a loop may then be
+    and still be in doubt."""
+    most_over_limits_followed: float = 1.5
+    """How many times what may be left over is left where a body is still sure to be followed: one
+    that changes over to the strand beside it leaves several times as much."""
+    most_frames_unexplained: int = 5
+    """Most pictures in a row that a body may leave unexplained and still be the one followed."""
+    most_over_limits_alone: float = 0.35
+    least_bend_of_other_way_rad2: float = 1.0
+    """What a body that was lost may leave over, over what may be, and how much more any other way
+    past its loops must bend, for it to be the only explanation."""
+    least_agreement_backwards: float = 0.75
+    """What a body that is propagated backwards must have: nothing else supports it."""
+    most_agreement_lost_backwards: float = 0.04
+    """How much less than expected it may have."""
+    most_fits_backwards: int = 12
+    """Pictures in which a body may be fitted that does not slide there: many would take long."""
+    regrow: RegrownEndsSettings = field(default_factory=RegrownEndsSettings)
+    exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)
+    shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
+    residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
+    path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
+    fit: BodyFitSettings = field(default_factory=BodyFitSettings)
