@@ -22,7 +22,6 @@ from worm_tracker.midline.body_residual import (
     Unexplained,
     strands,
 )
-from worm_tracker.midline.body_shade import ACROSS, BodyShade, ShadedObject
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import exchanged_strands
 from worm_tracker.parameters import TrackerParameters
@@ -204,7 +203,7 @@ ACROSS_ITSELF = [(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)]
 
 
 @pytest.mark.parametrize(
-    ("arcs", "left_over_widths2", "shade_is_known", "is_found_again"),
+    ("arcs", "left_over_widths2", "overlaps_are_told", "is_found_again"),
     [
         pytest.param(LINE, 0.0, True, True, id="nothing else explains the picture"),
         pytest.param(ACROSS_ITSELF, 0.0, True, True, id="the other way bends much more"),
@@ -214,15 +213,14 @@ ACROSS_ITSELF = [(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)]
     ],
 )
 def test_a_lost_body_is_found_again_where_no_other_explains_the_picture(
-    arcs, left_over_widths2, shade_is_known, is_found_again
+    arcs, left_over_widths2, overlaps_are_told, is_found_again
 ):
     width = 15.0
     path = kinked_loop(2.5, width) if arcs is None else BodyPath(evenly(laid(arcs, width), 240))
     search = search_after(path, width, 1, loops_known=True)
-    one_layer = BodyShade.of(np.full((65, len(ACROSS)), 100.0))
-    shaded = ShadedObject(search.signal, one_layer, 0.5) if shade_is_known else None
+    dark = search.signal if overlaps_are_told else None
     lost = replace(search.body, frames_unexplained=9)
-    search = replace(search, body=lost, seen=replace(search.seen, shaded=shaded))
+    search = replace(search, body=lost, seen=replace(search.seen, dark=dark))
     left = search.frames_unexplained(candidate(path, left_over_widths2))
     assert left == (0 if is_found_again else 9)
 

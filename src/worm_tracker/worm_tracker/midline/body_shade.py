@@ -15,8 +15,6 @@ from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
 from worm_tracker.midline.cross_sections import interpolate
 from worm_tracker.midline.curve import as_complex, tangents
 
-Image = cv2.typing.MatLike
-
 ACROSS = np.linspace(-0.3, 0.3, 7)
 """Places across the body, in widths: short of its edges, which the lens blurs."""
 _LEAST_SD_RELATIVE = 0.05
@@ -24,7 +22,7 @@ _LEAST_SD_RELATIVE = 0.05
 _SURE_SDS = 3.0
 """How many standard deviations a place must be from one layer, or from two, not to be it."""
 _END_WIDTHS = 1.0
-"""How much of an end is not too dark: its signal falls so steeply that a pixel's way changes it."""
+"""How much of an end is left out: its signal falls so steeply that a pixel's way changes it."""
 _OTHER_PART_WIDTHS = 1.5
 """Distance along the body from which on another part of it may lie on a place."""
 
@@ -100,7 +98,11 @@ def shade_along(signal: Picture, line: Complex, widths: Floats) -> Floats:
 
 
 def misjudged_layers(
-    seen: ShadedObject, points: Floats, widths: Floats, once: Image, twice: Image
+    seen: ShadedObject,
+    points: Floats,
+    widths: Floats,
+    once: cv2.typing.MatLike,
+    twice: cv2.typing.MatLike,
 ) -> float:
     """Return where a body has other layers than the picture, the largest pieces, square pixels.
 
@@ -126,7 +128,7 @@ def misjudged_layers(
     dark = signal > one + np.maximum(0.5 * seen.darkening * level, _SURE_SDS * sd)
     single, double = dark & (once[v, u] > 0), twice[v, u] > 0
     ends = round(_END_WIDTHS * width / step)
-    single[:ends] = single[n - ends :] = False
+    single[:ends] = single[n - ends :] = double[:ends] = double[n - ends :] = False
     cells = _largest(single)
     if double.any():
         more = seen.darkening * one[_other_part(line, width, step), len(ACROSS) // 2][:, None]

@@ -90,7 +90,8 @@ class CandidateSearch:
         if model.darkening > settings.residual.least_darkening:
             level = model.level * detection.gain / model.gain
             dark = dark_places(detection.view.smooth, level, model.darkening, settings.residual)
-        shade, smooth = model.shade_at(detection.gain), detection.view.smooth
+        shade = model.shade_at(detection.gain) if _is_marked(model, settings) else None
+        smooth = detection.view.smooth
         shaded = None if shade is None else ShadedObject(smooth, shade, model.darkening)
         seen = ObjectMasks(mask, dark, model.width, settings.residual, shaded)
         levels = model.levels_at(detection.gain)
@@ -135,7 +136,7 @@ class CandidateSearch:
         strands be passed the other way round without bending much more.
         """
         settings = self.settings
-        if self.seen.shaded is None or self.over_limits(found) > settings.most_over_limits_alone:
+        if self.seen.dark is None or self.over_limits(found) > settings.most_over_limits_alone:
             return False
         most = -settings.least_bend_of_other_way_rad2
         return not doubtful_loops(found.path, self.model.width, settings.exchange, most)
@@ -146,7 +147,7 @@ class CandidateSearch:
         One in doubt that has been followed, and open, since it was known is passed as it was.
         """
         settings = self.settings
-        marked = marks_of(self.model.levels) > settings.least_marks
+        marked = _is_marked(self.model, settings)
         least_gain = -settings.bend_lost_in_marks_rad2 if marked else 0.0
         breadths = doubtful_loops(path, self.model.width, settings.exchange, least_gain)
         open_px = settings.open_loop_widths * self.model.width
@@ -326,3 +327,8 @@ class CandidateSearch:
     def leaps(self, found: Candidate) -> bool:
         """Tell whether an end is farther from where it was than it can have got."""
         return self.model.leaps(found.path.points, self.last.points, self.frames)
+
+
+def _is_marked(model: BodyModel, settings: PropagationSettings) -> bool:
+    """Tell whether a body's skin has marks, which are no overlaps however dark they are."""
+    return marks_of(model.levels) > settings.least_marks
