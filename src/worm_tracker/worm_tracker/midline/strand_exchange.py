@@ -58,12 +58,16 @@ def exchanged_strands(
 
 
 def doubtful_loops(
-    path: BodyPath, width: float, settings: StrandExchangeSettings, least_gain_rad2: float = 0.0
+    path: BodyPath,
+    width: float,
+    settings: StrandExchangeSettings,
+    least_gain_rad2: float = 0.0,
+    least_breadth_widths: float = 1.0,
 ) -> list[float]:
     """Return the breadths of the loops that are straighter if passed the other way round, pixels.
 
     The picture shows the same then, but a part of the body lies elsewhere: by as much as this.
-    Loops no broader than the body are left out.
+    Loops no broader than a width are left out.
 
     Parameters
     ----------
@@ -73,12 +77,14 @@ def doubtful_loops(
     settings : StrandExchangeSettings
     least_gain_rad2 : float
         How much straighter at least: less than 0 for ways that bend little more, too.
+    least_breadth_widths : float
+        Breadth of the loops that are left out.
     """
     breadths = []
     for i, j, gain, _ in _other_ways(path.curve, width, path.step, settings):
         loop = path.curve[i : j + 1]
         breadth = float(np.abs(loop - loop[::-1]).max())
-        if gain > least_gain_rad2 and breadth > width:
+        if gain > least_gain_rad2 and breadth > least_breadth_widths * width:
             breadths.append(breadth)
     return breadths
 

@@ -147,9 +147,10 @@ class CandidateSearch:
         One in doubt that has been followed, and open, since it was known is passed as it was.
         """
         settings = self.settings
-        marked = _is_marked(self.model, settings)
-        least_gain = -settings.bend_lost_in_marks_rad2 if marked else 0.0
-        breadths = doubtful_loops(path, self.model.width, settings.exchange, least_gain)
+        marks = (0.0, 1.0)
+        if _is_marked(self.model, settings):
+            marks = -settings.bend_lost_in_marks_rad2, settings.least_breadth_in_marks_widths
+        breadths = doubtful_loops(path, self.model.width, settings.exchange, *marks)
         open_px = settings.open_loop_widths * self.model.width
         was_known = self.body.loops_known and self.frames == 1
         return not breadths or (was_known and min(breadths) > open_px)
@@ -184,7 +185,7 @@ class CandidateSearch:
             return None
         if self.over_limits(found) > 1:
             found = self.regrown(found)
-        return self.turned_round(self.exchanged(found))
+        return self.exchanged(found)
 
     def turned_round(self, found: Candidate) -> Candidate:
         """Return a body the other way round where its widths then explain the object, else itself.

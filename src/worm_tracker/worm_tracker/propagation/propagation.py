@@ -61,6 +61,7 @@ def propagate(
     if contracted is not None:
         return scene.in_picture(contracted)
     slid = scene.followed()
+    slid = None if slid is None else scene.turned_round(slid)
     enough = last.expected_agreement - settings.most_agreement_lost_sliding
     if slid is not None and not scene.leaps(slid):
         over = scene.over_limits(slid)

@@ -40,8 +40,9 @@ class PropagationSettings:
     """Standard deviation of an end's place from which on it is told as hidden."""
     near_end_widths: float = 1.1
     """How near another part of the body an end lies on it or against it."""
-    least_turned_over_limits: float = 1.5
-    """How many times what may be left over is left where a body is tried the other way round."""
+    least_turned_over_limits: float = 2.5
+    """How many times what may be left over is left where a body is tried the other way round: ends
+    that differ little do not tell it."""
     lost_over_limits: float = 6.0
     """How many times what may be left over is left where a body is lost, and others are tried: each
     takes long."""
@@ -59,10 +60,13 @@ class PropagationSettings:
     """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
     cross each other unseen."""
     least_marks: float = 0.06
-    bend_lost_in_marks_rad2: float = 0.1
-    """How far a skin's signal differs along it, over itself, from which on its marks hide where
-    two strands lie on each other, and how much less straight the other way past a loop may then be
-    and still be in doubt."""
+    """How far a skin's signal differs along it, over itself, from which on it has marks: they hide
+    where two strands lie on each other."""
+    bend_lost_in_marks_rad2: float = 0.15
+    least_breadth_in_marks_widths: float = 0.85
+    """How much less straight the other way past a loop may then be and still be in doubt, and the
+    breadth of a loop from which on that is a width aside: marked flanks are soft, and what is told
+    as the width is up to a sixth less than the outline's."""
     most_over_limits_followed: float = 1.5
     """How many times what may be left over is left where a body is still sure to be followed: one
     that changes over to the strand beside it leaves several times as much."""
