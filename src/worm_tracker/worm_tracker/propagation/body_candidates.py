@@ -123,9 +123,8 @@ class CandidateSearch:
         followed, until its contour shows it and goes on where that was.
         """
         between = self.body.frames_unexplained + self.frames - 1
-        over = self.over_limits(found)
-        if over > 1:
-            return between + (over > self.settings.most_over_limits_followed)
+        if self.over_limits(found) > 1:
+            return between + 1
         lost = between > self.settings.most_frames_unexplained
         return between if lost and not self.is_only_explanation(found) else 0
 
@@ -187,13 +186,14 @@ class CandidateSearch:
             found = self.regrown(found)
         return self.exchanged(found)
 
-    def turned_round(self, found: Candidate) -> Candidate:
+    def turned_round(self, found: Candidate | None) -> Candidate | None:
         """Return a body the other way round where its widths then explain the object, else itself.
 
         In a fold an end may have been taken for the other one: what is slid on from there lies
         right, and is drawn with its tail as wide as a head.
         """
-        if self.over_limits(found) < self.settings.least_turned_over_limits:
+        least = self.settings.least_turned_over_limits
+        if found is None or self.over_limits(found) < least:
             return found
         turned = self.scored(found.path.turned_round(), self.model.widths)
         if self.over_limits(turned) > 1:

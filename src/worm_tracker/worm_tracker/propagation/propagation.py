@@ -60,8 +60,7 @@ def propagate(
     contracted = scene.contracted(contour_body)
     if contracted is not None:
         return scene.in_picture(contracted)
-    slid = scene.followed()
-    slid = None if slid is None else scene.turned_round(slid)
+    slid = scene.turned_round(scene.followed())
     enough = last.expected_agreement - settings.most_agreement_lost_sliding
     if slid is not None and not scene.leaps(slid):
         over = scene.over_limits(slid)

@@ -67,9 +67,6 @@ class PropagationSettings:
     """How much less straight the other way past a loop may then be and still be in doubt, and the
     breadth of a loop from which on that is a width aside: marked flanks are soft, and what is told
     as the width is up to a sixth less than the outline's."""
-    most_over_limits_followed: float = 1.5
-    """How many times what may be left over is left where a body is still sure to be followed: one
-    that changes over to the strand beside it leaves several times as much."""
     most_frames_unexplained: int = 5
     """Most pictures in a row that a body may leave unexplained and still be the one followed."""
     most_over_limits_alone: float = 0.35
