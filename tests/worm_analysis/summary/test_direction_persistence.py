@@ -135,6 +135,19 @@ def test_trials_that_differ_widen_the_time_to_one_e():
     assert widths[1] > 2 * widths[0]
 
 
+def test_an_interval_that_nothing_bounds_has_no_ends():
+    """C_θ stays where it is about 1/e: the time at which it crosses that is anywhere."""
+    ends = []
+    for seed in range(4):
+        rng = np.random.default_rng([10, seed])
+        kept = telegraph(rng, 600.0, 60.0)
+        value, low, high = fall_time(*units(kept * np.where(rng.random(6000) < 0.18, -1.0, 1.0)))
+        assert np.isfinite(low) == np.isfinite(high)
+        ends.append(high / value)
+    assert np.isfinite(ends).tolist() == [True, False, True, True]
+    assert np.nanmax(ends) <= 100.0
+
+
 @pytest.mark.parametrize("seconds", [30.0, 300.0])
 def test_a_direction_that_is_hardly_ever_left_has_no_time_but_a_reason(seconds):
     found = units(np.ones(int(seconds / STEP_S)))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import lru_cache
-from math import exp, isfinite, nan
+from math import exp, isfinite, log, nan
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -85,7 +85,7 @@ def persistence_time(
     """
     fitted = _decay_time(units, lag_s, settings)
     return _interval_on_log_scale(
-        fitted, _half_width_of_response(units, _of_fit(units, lag_s, fitted))
+        fitted, _half_width_of_response(units, _of_fit(units, lag_s, fitted)), settings
     )
 
 
@@ -109,7 +109,7 @@ def fall_time(units: Units, lag_s: Floats, settings: EstimateSettings = DEFAULTS
         Where it does not fall so far, or the track is too short to tell.
     """
     at_s, response = _fall(units, lag_s, settings)
-    return _interval_on_log_scale(at_s, _half_width_of_response(units, response))
+    return _interval_on_log_scale(at_s, _half_width_of_response(units, response), settings)
 
 
 def _fall(units: Units, lag_s: Floats, settings: EstimateSettings) -> tuple[float, "Response"]:
@@ -133,7 +133,7 @@ def fall_over_decay(units: Units, lag_s: Floats, settings: EstimateSettings = DE
     at_s, of_fall = _fall(units, lag_s, settings)
     of_fit = _of_fit(units, lag_s, decay_s)
     half = _half_width_of_response(units, lambda residuals: of_fall(residuals) - of_fit(residuals))
-    return _interval_on_log_scale(at_s / decay_s, half)
+    return _interval_on_log_scale(at_s / decay_s, half, settings)
 
 
 def tail_excess(units: Units, lag_s: Floats, settings: EstimateSettings = DEFAULTS) -> Interval:
@@ -226,7 +226,10 @@ def _half_width_of_response(units: Units, response: Response) -> float:
     return half
 
 
-def _interval_on_log_scale(value: float, half: float) -> Interval:
+def _interval_on_log_scale(value: float, half: float, settings: EstimateSettings) -> Interval:
+    """Return the interval; without ends where C_θ is so flat that nothing bounds the time."""
+    if half > log(settings.most_end_over_value):
+        return value, nan, nan
     return value, value * exp(-half), value * exp(half)
 
 
