@@ -76,3 +76,21 @@ def test_a_picture_that_waits_goes_before_a_backlog_of_states(ros_context, waits
     assert [n for topic, n in taken if topic == "state"] == list(range(STATES))
     before_the_second = taken.index(("picture", 1))
     assert (before_the_second < STATES) == waits
+
+
+def test_what_a_drain_left_over_and_what_came_then_is_taken_by_the_next(ros_context):
+    taken = []
+    listener = Listener(taken, context=ros_context)
+    publisher = listener.create_publisher(UInt64, "state", RESULT)
+    executor = SingleThreadedExecutor(context=ros_context)
+    executor.add_node(listener)
+    for number in range(3):
+        publisher.publish(UInt64(data=number))
+    drain(executor, enough=lambda: True)
+    left_over = taken.copy()
+    publisher.publish(UInt64(data=3))
+    drain(executor)
+    executor.shutdown()
+    listener.destroy_node()
+    assert left_over == [("state", 0)]
+    assert [number for _, number in taken] == [0, 1, 2, 3]

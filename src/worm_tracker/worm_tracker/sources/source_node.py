@@ -222,7 +222,7 @@ def drain(
     watch : Watch, optional
         Told of every callback.
     enough : callable, optional
-        Asked after every callback; what is left is ready the next time.
+        Asked after every pass, which takes a message of each topic; what is left waits.
     """
     idle = False
     while not idle:
@@ -236,10 +236,9 @@ def drain(
                     handler()
                 if handler.exception() is not None:
                     raise handler.exception()
-                if enough():
-                    return
-        except TimeoutException:
-            pass
+        except TimeoutException:  # a pass has ended; one that is left within hides what comes next
+            if enough():
+                return
 
 
 def take_messages(
