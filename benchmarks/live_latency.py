@@ -1,8 +1,9 @@
 """A live trial as the rig runs it: what is skipped, and how late poses are published.
 
 `python -m benchmarks.live_latency FILM` serves a film (a bag of JPEG pictures, such as that of
-`worm simulate --one-chamber --minutes 3`) as MJPEG from a process of its own, there and back again:
-where a film begins anew its worm leaps, as no worm does, and is looked for everywhere.
+`worm simulate --one-chamber --minutes 3`) as MJPEG from a process of its own, there and back again
+where the trial is longer: where a film begins anew its worm leaps, as no worm does, and is looked
+for everywhere; where it goes back its worm crawls with the tail ahead.
 The graph of `worm live` tracks it, records every picture and writes results. Counted are the
 pictures that were skipped, and the time from the capture of each frame to the publication of its
 state; frames that the tracker holds back on purpose, until the head is known, are counted apart.
