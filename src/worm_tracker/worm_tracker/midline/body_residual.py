@@ -7,7 +7,7 @@ water. Where overlaps are darker, a dark place under one strand alone, or two st
 that is not dark, tell as much.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from itertools import pairwise
 from math import ceil, floor
@@ -18,7 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Floats, Picture
-from worm_tracker.midline.body_shade import ShadedObject, misjudged_layers
+from worm_tracker.midline.body_shade import (
+    BodyShadeSettings,
+    ShadedObject,
+    misjudged_layers,
+)
 from worm_tracker.midline.curve import as_complex, complex_arc_length
 
 Image = cv2.typing.MatLike
@@ -62,6 +66,7 @@ class BodyResidualSettings:
     """What is darker than that is no overlap: the worm itself takes away part of the light."""
     least_darkening: float = 0.2
     """Darkening from which on overlaps are told by it."""
+    shade: BodyShadeSettings = field(default_factory=BodyShadeSettings)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,11 +185,13 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
     in_water = cv2.bitwise_and(body, seen.beyond)
     overlap = 0.0
     if dark is not None:
-        single = cv2.bitwise_and(dark, cv2.bitwise_not(_grown(twice, 1.5 * rim)))
+        once = cv2.bitwise_not(_grown(twice, 1.5 * rim))
+        single = cv2.bitwise_and(dark, once)
         wanted = cv2.bitwise_or(wanted, single)
         if seen.shaded is not None:
-            once = cv2.bitwise_not(_grown(twice, 1.5 * rim))
-            overlap = misjudged_layers(seen.shaded, points, widths, once, _shrunk(twice, rim))
+            overlap = misjudged_layers(
+                seen.shaded, points, widths, once, _shrunk(twice, rim), seen.settings.shade
+            )
         else:
             pale = cv2.bitwise_and(_shrunk(twice, rim), seen.beyond_dark)
             overlap = _largest_area(_shrunk(single, rim)) + _largest_area(pale)

@@ -17,14 +17,20 @@ from worm_tracker.midline.curve import as_complex, tangents
 
 ACROSS = np.linspace(-0.3, 0.3, 7)
 """Places across the body, in widths: short of its edges, which the lens blurs."""
-_LEAST_SD_RELATIVE = 0.05
-"""Scatter at least, over the signal: a midline is not found better in a fold."""
-_SURE_SDS = 3.0
-"""How many standard deviations a place must be from one layer, or from two, not to be it."""
-_END_WIDTHS = 1.0
-"""How much of an end is left out: its signal falls so steeply that a pixel's way changes it."""
-_OTHER_PART_WIDTHS = 1.5
-"""Distance along the body from which on another part of it may lie on a place."""
+
+
+@dataclass(frozen=True, slots=True)
+class BodyShadeSettings:
+    """When a place of a body has another shade than its layers give."""
+
+    least_sd_relative: float = 0.05
+    """Scatter at least, over the signal: a midline is not found better in a fold."""
+    sure_sds: float = 3.0
+    """How many standard deviations a place must be from one layer, or from two, not to be it."""
+    end_widths: float = 1.0
+    """How much of an end is left out: its signal falls so steeply that a pixel's way changes it."""
+    other_part_widths: float = 1.5
+    """Distance along the body from which on another part of it may lie on a place."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -103,6 +109,7 @@ def misjudged_layers(
     widths: Floats,
     once: cv2.typing.MatLike,
     twice: cv2.typing.MatLike,
+    settings: BodyShadeSettings,
 ) -> float:
     """Return where a body has other layers than the picture, the largest pieces, square pixels.
 
@@ -114,25 +121,29 @@ def misjudged_layers(
     widths : ndarray, shape (n,)
     once, twice : ndarray of uint8, shape (h, w)
         Where it lies surely once, and twice; not zero there.
+    settings : BodyShadeSettings
     """
     line = as_complex(points)
     n, width = len(line), float(np.median(widths))
     step = float(np.abs(np.diff(line)).mean())
     signal, shade = shade_along(seen.signal, line, widths), seen.shade
     one, level = _at_nodes(shade.mean, n), float(np.median(shade.mean))
-    sd = np.sqrt(_at_nodes(shade.variance, n) + (_LEAST_SD_RELATIVE * level) ** 2)
+    sure = settings.sure_sds * np.sqrt(
+        _at_nodes(shade.variance, n) + (settings.least_sd_relative * level) ** 2
+    )
     normal = 1j * tangents(line) * widths
     at = np.rint((line[:, None] + normal[:, None] * ACROSS).view(np.float64)).astype(np.intp)
     h, w = once.shape
     u, v = at[:, 0::2].clip(0, w - 1), at[:, 1::2].clip(0, h - 1)
-    dark = signal > one + np.maximum(0.5 * seen.darkening * level, _SURE_SDS * sd)
+    dark = signal > one + np.maximum(0.5 * seen.darkening * level, sure)
     single, double = dark & (once[v, u] > 0), twice[v, u] > 0
-    ends = round(_END_WIDTHS * width / step)
+    ends = round(settings.end_widths * width / step)
     single[:ends] = single[n - ends :] = double[:ends] = double[n - ends :] = False
     cells = _largest(single)
     if double.any():
-        more = seen.darkening * one[_other_part(line, width, step), len(ACROSS) // 2][:, None]
-        least = np.minimum(0.5 * more, more - _SURE_SDS * sd)
+        other = _other_part(line, step, settings.other_part_widths * width)
+        more = seen.darkening * one[other, len(ACROSS) // 2][:, None]
+        least = np.minimum(0.5 * more, more - sure)
         cells += _largest(double & (signal < one + least))
     return cells * step * width * float(ACROSS[1] - ACROSS[0])
 
@@ -145,11 +156,11 @@ def _at_nodes(mean: Floats, n: int) -> Floats:
     return np.asarray((1 - part) * mean[before] + part * mean[before + 1], np.float64)
 
 
-def _other_part(line: Complex, width: float, step: float) -> NDArray[np.intp]:
+def _other_part(line: Complex, step: float, least_px: float) -> NDArray[np.intp]:
     """Return for each node the nearest one that is not of the same part of the body."""
     away = np.abs(line[:, None] - line)
     along = np.abs(np.arange(len(line))[:, None] - np.arange(len(line)))
-    away[along * step < _OTHER_PART_WIDTHS * width] = np.inf
+    away[along * step < least_px] = np.inf
     return np.asarray(away.argmin(axis=1), np.intp)
 
 
