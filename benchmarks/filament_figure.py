@@ -13,6 +13,7 @@ from worm_msgs_py import Quantity, paper
 SHADES = ("#000000", "#0072B2", "#009E73", "#E69F00", "#CC79A7")
 """Of the widths, from narrow to wide: told apart by the colour-blind, too."""
 MARKS = "osD^v"
+_OVER_POINTS = {"frameon": True, "framealpha": 0.9, "edgecolor": "none", "borderpad": 0.2}
 PAPER_BETA = {w: paper.paper_value("beta", w) for w in (0.5, 1.0, 3.0, 5.0)}
 
 
@@ -127,7 +128,7 @@ def _speed(axes: Any, trials: Sequence[Any], together: Mapping[str, Quantity]) -
     axes.plot(x, paper.SPEED_MM_S * x, label="paper", **PAPER_STYLE)
     axes.set(xlim=(-1, 1), ylim=(-4, 4), xlabel=r"$\sin\langle\psi_b\rangle$")
     axes.set_ylabel(r"$\langle v_b\rangle$ (mm/s)")
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper left", **_OVER_POINTS)
     say_n(axes, f"n = {len(points)} windows", y=0.04)
 
 
@@ -185,4 +186,4 @@ def _depths(axes: Any, trials: Sequence[Any], by_width: Mapping[float, Any]) -> 
         axes.plot(x, np.exp(-x * (beta or 0.0)), **PAPER_STYLE)
     axes.set(yscale="log", xlim=(0, 10), ylim=(0.01, 1.5), xlabel="$x_p$ (mm)")
     axes.set_ylabel("part of failures deeper than $x_p$")
-    axes.legend(loc="upper right", fontsize=5.5)
+    axes.legend(loc="upper right", fontsize=5.5, **_OVER_POINTS)
