@@ -22,9 +22,10 @@ from worm_bringup.cli.app import app
 from worm_bringup.tracks.track_analysis import analyse_tracks
 from worm_bringup.tracks.track_rig import rig_of_summary
 from worm_bringup.tracks.track_table import TrackTable
-from worm_model.filament.parameters import FilamentParameters
+from worm_model.filament.parameters import FILAMENT, FilamentParameters
 from worm_model.filament.rig import FilamentRig
-from worm_model.filament.trial import simulate
+from worm_model.filament.strokes import PERISTALSIS_RAD
+from worm_model.filament.trial import _start_at_rest, simulate
 from worm_model.simulator.film import encode
 from worm_model.simulator.rig import Optics
 from worm_model.simulator.rig.views import both_chambers
@@ -161,7 +162,7 @@ def test_the_trial_has_contacts_in_both_chambers_failed_attempts_and_an_escape()
 def test_the_pool_has_ten_trials_over_the_widths_and_was_analysed_by_this_software():
     trials = [read_results(path) for path in sorted((BAGS / "pool").iterdir())]
     widths = [1e3 * trial.chambers[0].exit_width_m for trial in trials]
-    assert widths == pytest.approx([1.0, 3.0, 1.0, 5.0, 1.0, 3.0, 1.0, 5.0, 1.0, 3.0])
+    assert widths == pytest.approx([1.0, 3.0, 5.0, 3.0, 1.0, 3.0, 5.0, 3.0, 1.0, 3.0])
     size = sum(path.stat().st_size for path in (BAGS / "pool").rglob("*") if path.is_file())
     assert size < 5e6
 
@@ -174,6 +175,39 @@ def test_the_pool_has_data_for_every_figure(tmp_path):
     drawn = re.findall(r'<figure id="([^"]+)"(?: class="([^"]*)")?>', page)
     assert len(drawn) > 10
     assert [name for name, kind in drawn if kind == "none"] == []
+
+
+def test_phases_of_the_stroke_told_in_the_pool_are_the_simulated_worms_own():
+    """Told is the half stroke before x_p, by the length, which a withdrawal changes as well."""
+    right, told, failures = 0, 0, 0
+    for place in sorted((BAGS / "pool").iterdir()):
+        source = read_results(place).provenance["source"]
+        failed = [
+            row
+            for row in pq.read_table(place / "passages.parquet").to_pylist()
+            if row["record"] == "attempt" and row["complete"] and not row["success"]
+        ]
+        failures += len(failed)
+        known = [row for row in failed if row["stroke_phase"] != "unknown"]
+        told += len(known)
+        tracks = pq.read_table(place / "tracks.parquet", columns=["stamp_ns", "head_x_mm"])
+        stamp_ns, x_mm = (tracks.column(name).to_numpy() for name in tracks.column_names)
+        for row in known:
+            during = (stamp_ns >= row["start_ns"]) & (stamp_ns <= row["end_ns"])
+            deepest_s = 1e-9 * stamp_ns[during][np.argmax(x_mm[during])]
+            grows = stroke_grows(int(source["seed"]), deepest_s - 0.15)
+            right += row["stroke_phase"] == ("elongation" if grows else "contraction")
+    assert told > 30
+    assert told > 0.8 * failures
+    assert right > 0.95 * told
+
+
+def stroke_grows(seed, time_s):
+    begin = np.random.default_rng(np.random.SeedSequence(seed).spawn(5)[0])
+    worm, rig = FilamentParameters(), FilamentRig(exit_width_mm=1.0)
+    _, activity = _start_at_rest(worm, rig, begin, FILAMENT)
+    turns = (time_s + FILAMENT.settle_s) / worm.peristalsis_s
+    return np.cos(2.0 * np.pi * turns + activity[PERISTALSIS_RAD]) > 0.0
 
 
 def test_a_trial_of_the_pool_is_analysed_again_with_the_same_numbers(tmp_path):

@@ -18,6 +18,9 @@ from worm_model.filament.trial import simulate
 from worm_tracker.sources.bags.bag_reader import BagPictures
 from worm_tracker.sources.image_decoder import PictureDecoder
 
+STEP_MM = 1 / 256
+"""Tables without pictures hold millimetres in these steps."""
+
 
 @pytest.fixture
 def worm(monkeypatch, capsys):
@@ -86,7 +89,7 @@ def test_many_trials_of_tables_alone_take_turns_in_w_and_can_be_pooled(worm, tmp
     )
     assert summary["provenance"]["source"]["simulated"] == "filament"
     head = np.hypot(trials[1].tracks["head_x_mm"], trials[1].tracks["head_y_mm"])
-    np.testing.assert_allclose(head, np.hypot(*truth.midline_mm[:, 0].T), atol=1e-6)
+    np.testing.assert_allclose(head, np.hypot(*truth.midline_mm[:, 0].T), atol=STEP_MM)
 
 
 def test_tables_are_those_of_the_film_s_truth(worm, tmp_path):
@@ -95,7 +98,7 @@ def test_tables_are_those_of_the_film_s_truth(worm, tmp_path):
     assert worm("--out", tmp_path / "tables", "--tracks-only", *words)[0] == 0
     truth = pq.read_table(tmp_path / "bag_truth.parquet").to_pydict()
     tracks = pq.read_table(tmp_path / "tables" / "tracks.parquet").to_pydict()
-    for name, within in (("head_x_mm", 1e-6), ("tail_y_mm", 1e-6), ("centroid_x_mm", 0.02),
+    for name, within in (("head_x_mm", STEP_MM), ("tail_y_mm", STEP_MM), ("centroid_x_mm", 0.02),
                          ("centroid_y_mm", 0.02), ("psi_b_deg", 0.3), ("psi_h_deg", 1.5),
                          ("length_mm", 0.02)):  # fmt: skip
         np.testing.assert_allclose(tracks[name], truth[name], atol=within, err_msg=name)

@@ -22,7 +22,7 @@ from worm_bringup.freed_memory import keep_freed_memory
 from worm_bringup.graph.in_process import Progress
 from worm_bringup.outputs.results_directory import check_out, results_directory
 from worm_bringup.rig.rig_file import read_rig
-from worm_bringup.tracks.simulated_tracks import track_table
+from worm_bringup.tracks.simulated_tracks import as_a_tracker_knows, track_table
 from worm_bringup.tracks.track_analysis import analyse_tracks
 from worm_bringup.tracks.track_rig import TableRig
 from worm_bringup.tracks.track_table import TrackTable
@@ -199,10 +199,16 @@ def _write_results_tables(one: _Trial, place: Path, progress: Progress) -> None:
     with results_directory(place) as partial, tempfile.TemporaryDirectory() as folder:
         tracks = Path(folder) / f"{place.name}.parquet"
         lines = one.counted_midlines(progress)
-        pq.write_table(track_table(lines, one.fps, one.width_mm), tracks)
+        table = track_table(lines, one.fps, one.width_mm)
+        pq.write_table(as_a_tracker_knows(table), tracks)
         rig = TableRig(exit_width_mm=one.exit_width_mm or nan)
         analyse_tracks(
-            TrackTable(tracks), rig, AnalysisParameters(), partial, source=one.provenance()
+            TrackTable(tracks),
+            rig,
+            AnalysisParameters(),
+            partial,
+            source=one.provenance(),
+            rounded=True,
         )
 
 

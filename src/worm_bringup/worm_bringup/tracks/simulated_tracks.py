@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 import pyarrow as pa
 
+from worm_analysis.results.tracks import TRACKED_STEPS, in_whole_steps
 from worm_model.simulator.body_width import tapered
 from worm_model.simulator.film import frame_stamp_ns
 from worm_model.simulator.rig.truth import HEAD_PART
@@ -39,6 +40,19 @@ _TRACK_COLUMNS = (
     "head_x_mm", "head_y_mm", "centroid_x_mm", "centroid_y_mm", "tail_x_mm", "tail_y_mm",
     "head_yaw_deg", "length_mm", "width_mm",
 )  # fmt: skip
+
+
+def as_a_tracker_knows(table: pa.Table) -> pa.Table:
+    """Return the table with places, directions and lengths in 256ths of a mm and of a degree.
+
+    That is a tenth of what the tracker's noise is, and the table takes a quarter of the room. The
+    steps are a power of two, so that they are exact, and later bits of a number are all 0.
+    """
+    for index, name in enumerate(table.column_names):
+        if name in _TRACK_COLUMNS and name != "width_mm":
+            values = in_whole_steps(table.column(name).to_numpy(), TRACKED_STEPS)
+            table = table.set_column(index, name, pa.array(values))
+    return table
 
 
 def _track_row(line: Floats, width_mm: float) -> tuple[float, ...]:

@@ -73,32 +73,33 @@ def analyse_tracks(
     *,
     source: Mapping[str, Any] | None = None,
     metadata: Mapping[str, Any] | None = None,
+    rounded: bool = False,
 ) -> None:
     """Write tracks, contacts, passages and the summary into a directory that is there.
 
     Parameters
     ----------
     table : TrackTable
-        The tracks.
     rig : TableRig
         What the table does not say.
     parameters : AnalysisParameters
-        Settings of the analysis.
     out : Path
         An empty directory.
     progress : callable
-        Given the rows that are done, and how many there are in all where that is known.
+        Given the rows that are done, and of how many, where that is known.
     source : mapping, optional
         What the tracks come from, for the summary; the table's name and hash where not given.
     metadata : mapping, optional
         What the lab has noted of the trial.
+    rounded : bool
+        Whether each frame's observables are written in whole steps; what is averaged is not.
 
     Raises
     ------
     BadInput
         Where the table cannot be used.
     """
-    run = _TableRun(rig, parameters, out)
+    run = _TableRun(rig, parameters, out, rounded=rounded)
     placer = Placer(rig)
     with run.tracks, run.contacts, run.passages:
         for rows in table.rows():
@@ -118,14 +119,14 @@ def analyse_tracks(
 class _TableRun:
     """What grows while the rows go through the analysis."""
 
-    def __init__(self, rig: TableRig, parameters: AnalysisParameters, out: Path):
+    def __init__(self, rig: TableRig, parameters: AnalysisParameters, out: Path, *, rounded: bool):
         self._rig = rig
         self._geometry = geometry = rig.geometry()
         self.analysis = Analysis(parameters)
         self.analysis.set_geometry(geometry)
         self._model = TrialModel(MODEL)
         self._model.set_geometry(geometry)
-        self.tracks = TrackWriter(out / "tracks.parquet")
+        self.tracks = TrackWriter(out / "tracks.parquet", rounded=rounded)
         self.contacts = TableWriter(out / "contacts.parquet", contacts.SCHEMA)
         self.passages = TableWriter(out / "passages.parquet", passages.SCHEMA)
         self._statuses: Counter[str] = Counter()
@@ -259,8 +260,9 @@ def _keypoints(placed: Placed, point: str) -> Iterator[Keypoint]:
 class TrackWriter:
     """Writes `tracks.parquet` by columns, some ten thousand rows at a time."""
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, *, rounded: bool = False):
         self._writer = table_writer(path, tracks.SCHEMA)
+        self._rounded = rounded
 
     def write(
         self, rows: Rows, placed: Placed, found: Sequence[Observables], *, has_picture: bool
@@ -282,7 +284,7 @@ class TrackWriter:
             if has_picture:
                 columns[f"{point}_u_px"] = placed.u_px[point]
                 columns[f"{point}_v_px"] = placed.v_px[point]
-        columns |= tracks.observed_columns(found)
+        columns |= tracks.observed_columns(found, rounded=self._rounded)
         if rows.midline is not None:
             columns |= {name: rows.midline.column(name) for name in rows.midline.column_names}
         arrays = [_array(columns.get(field.name), field.type, len(rows)) for field in tracks.SCHEMA]
