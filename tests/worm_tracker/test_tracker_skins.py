@@ -45,3 +45,22 @@ def test_a_real_skin_is_tracked_to_its_tips_and_as_wide_as_it_is(name):
     assert np.median(tips) < 2.0
     assert np.median(centroids) < 2.5  # the half-height edges of soft flanks are good to 0.3 px
     assert np.median(widths) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_tail_near_the_threshold_is_part_of_a_worm_at_every_length_of_its_stroke():
+    """Stretched, the worm without its tail has as large an area as all of it has on average."""
+    frames = 90
+    s = np.linspace(0.0, -20.0, 121) * (
+        1 + 0.06 * np.sin(2 * np.pi * np.arange(frames)[:, None] / 15)
+    )
+    angle = 0.14 * (s + 0.03 * np.arange(frames)[:, None]) + 1.5
+    lines = np.stack([6.5 * np.sin(angle), 1.5 - 6.5 * np.cos(angle)], axis=2)
+    look, skin = LOOKS["skin_w4"], read_skins()["w4"]
+    tracker, given, lengths = Tracker(TrackerParameters()), [], []
+    worm = FoldedWorm(lines, np.ones(121), 25.0)
+    for frame, body in film_worm(rig_for(look, seed=4003), worm, look, skin):
+        lengths.append(body.length_px)
+        given += tracker.push(frame.picture, frame.stamp_ns)
+    given += tracker.finish()
+    told = np.array([tracked.state.length_px for tracked in given])
+    assert told == pytest.approx(np.array(lengths), rel=0.02)

@@ -19,13 +19,9 @@ from worm_tracker.midline.body_model import (
     is_nearer_reversed,
     mean_width,
 )
-from worm_tracker.midline.body_residual import (
-    BodyResidualSettings,
-    ObjectMasks,
-    dark_places,
-    unexplained,
-)
+from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.body_shade import shade_along
+from worm_tracker.midline.contour_body import explains_object
 from worm_tracker.midline.contour_midline import (
     ContourMidline,
     ContourMidlineSettings,
@@ -194,6 +190,9 @@ class Follower:
             if found is not None and self._continues(found, detection):
                 if model is None or detection.occlusion is None:
                     self._learn(found, view)
+                model = self._track.model
+                if model is not None and model.is_changing:
+                    return coiled(detection), None
                 return _observation_of(found, _agreement(found, view.blob), detection.view), None
         return self._propagate(detection, contour_body)
 
@@ -257,21 +256,16 @@ class Follower:
             folded = True  # an end that lies on the body leaves a bend, blunter than an end
             seen = replace(found, widths=np.minimum(found.widths, model.widths))
         checked = folded or agreement < settings.agreement_of_all
-        return None if checked and not self._explains_all(seen, detection, folded) else found
-
-    def _explains_all(self, found: RefinedMidline, detection: Detection, folded: bool) -> bool:
-        """Tell whether a body is all of its object, but for debris beside an open one."""
-        settings = self._settings.residual
-        least, view = 2 * settings.least_darkening, detection.view
-        dark = dark_places(view.smooth, found.level, least, settings)
-        mask = detection.object_pixels()
-        points, width = view.in_window(found.points), mean_width(found.widths)
-        masks = ObjectMasks(mask, dark & mask, width, settings)
-        differs = unexplained(masks, points, found.widths)
-        if not folded and not differs.wants_near(points[[0, -1]], settings.end_widths * width):
-            return differs.in_water + differs.overlap < settings.most_of_contour_body
-        most = settings.most_of_folded_body if folded else settings.most_of_contour_body
-        return differs.total < most
+        points = view.in_window(seen.points)
+        explains = not checked or explains_object(
+            replace(seen, points=points),
+            view.smooth,
+            detection.object_pixels(),
+            folded,
+            model,
+            residual,
+        )
+        return found if explains else None
 
     def _continues(self, found: RefinedMidline, detection: Detection) -> bool:
         """Tell whether a midline can be that of the frame before, a frame later."""
@@ -327,7 +321,8 @@ class Follower:
             self._track.begin_anew()
             model = BodyModel.of(found, seen.blob.area, seen.gain, settings.body_model)
         else:
-            model = model.updated(found, seen.blob.area, seen.gain)
+            doubled = looks_doubled(found, settings.doubled)
+            model = model.updated(found, seen.blob.area, seen.gain, doubled)
         line = as_complex(seen.view.in_window(found.points))
         shade = shade_along(seen.view.smooth, line, found.widths)
         self._track.learn(model.with_shade(shade, seen.gain))
@@ -363,7 +358,7 @@ class Follower:
         lost = found.over_limits > settings.propagation.lost_over_limits
         if lost or off > settings.most_log_length_in_fold:
             return coiled(detection), None
-        if not found.is_explained:
+        if not found.is_explained or model.is_changing:
             return coiled(detection, observation), found
         return observation, found
 

@@ -152,7 +152,7 @@ def test_a_loop_that_the_other_way_round_is_straighter_is_told_where_it_was_know
     width = 15.0
     path = kinked_loop(radius_widths, width)
     search = search_after(path, width, frames, was_known)
-    known = search.loops_known(path)
+    known = search.loops_known(candidate(path))
     assert known is is_known
     assert replace(search.body, loops_known=known).is_explained is is_known
 
@@ -162,7 +162,14 @@ def test_a_loop_that_is_straighter_as_it_is_is_known_by_itself(was_known):
     width = 15.0
     arcs = laid([(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)], width)
     crossing = BodyPath(evenly(arcs, 240))
-    assert search_after(crossing, width, 1, was_known).loops_known(crossing)
+    assert search_after(crossing, width, 1, was_known).loops_known(candidate(crossing))
+
+
+def test_a_loop_whose_strands_were_exchanged_is_not_passed_as_it_was_known():
+    path = kinked_loop(2.5, 15.0)
+    search = search_after(path, 15.0, 1, loops_known=True)
+    assert search.loops_known(candidate(path))
+    assert not search.loops_known(replace(candidate(path), was_exchanged=True))
 
 
 def test_a_body_that_leaves_something_over_is_not_told_whatever_is_known_of_its_loops():
@@ -305,6 +312,7 @@ def test_strands_are_exchanged_where_the_ends_stay(monkeypatch, end_moves_widths
     slid = candidate(BodyPath(ends_away))
     monkeypatch.setattr(CandidateSearch, "slid", lambda *_: slid)
     told = search.exchanged(found)
+    assert told.was_exchanged is is_exchanged
     assert np.array_equal(told.path.curve, slid.path.curve if is_exchanged else found.path.curve)
 
 
@@ -321,7 +329,7 @@ def test_an_end_against_the_body_of_one_shade_is_as_sure_as_the_length_agrees(lo
         level=100.0,
         half_height_width=width,
         widths=widths,
-        levels=widths,
+        levels=np.full(len(widths), 100.0),
         gain=1.0,
         settings=BodyModelSettings(),
         first_length=path.length,
@@ -332,3 +340,6 @@ def test_an_end_against_the_body_of_one_shade_is_as_sure_as_the_length_agrees(lo
     assert told.end_sd_px == pytest.approx((1.0, max(1.0, longer * width)))
     dark = replace(model, darkening=0.5)  # where overlaps are darker, the end is seen
     assert observation_of(body, dark, 0.95, PropagationSettings()).status is Status.FOLDED
+    pale = np.where(np.arange(len(widths)) > 0.75 * len(widths), 45.0, 100.0)  # but for a pale one
+    faint = replace(dark, levels=pale)
+    assert observation_of(body, faint, 0.95, PropagationSettings()).status is Status.END_HIDDEN

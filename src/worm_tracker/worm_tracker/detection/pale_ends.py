@@ -39,12 +39,16 @@ class PaleEndSettings:
 
 
 def may_miss_an_end(detection: Detection, prior: DetectionPrior, settings: PaleEndSettings) -> bool:
-    """Tell whether a pale end may be missing from an object: it is small, or a look is due."""
+    """Tell whether a pale end may be missing from an object.
+
+    It is small, or the worm's end is known to be pale, which a stretched worm's area does not show,
+    or a look is due.
+    """
     model = prior.model
     if model is None or model.frames % settings.learning_frames == 0:
         return True
     small = detection.blob.area < settings.complete_area_over_known * model.area
-    return small or model.frames < settings.learning_frames
+    return small or model.frames < settings.learning_frames or any(model.pale_ends)
 
 
 def with_pale_ends(

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, replace
 from math import log
 
+import numpy as np
+
 from worm_msgs_py.arrays import Floats
 from worm_tracker.midline.body_shade import BodyShade
 from worm_tracker.midline.curve import length_of
@@ -25,6 +27,25 @@ class BodyModelSettings:
     """Midlines until which the first ones may have been of a body laid double, or seen in part."""
     most_log_growth: float = 0.15
     """Log of a length over the first one that shows it: a stroke makes up less."""
+    changing_frames: int = 60
+    most_profile_scatter: float = 0.04
+    most_looking_doubled: float = 0.45
+    """Midlines from which on it is known whether they are of one open body; mean difference of its
+    profile from picture to picture, relative, and part of the pictures in which it looks doubled,
+    beyond both of which they are not: a fold travels along the body."""
+    profile_end_part: float = 0.125
+    profile_nodes: int = 5
+    """How much of either end its profile leaves out, and over how many nodes it is taken."""
+    pale_end_over_body: float = 0.58
+    pale_end_width_over_body: float = 0.6
+    pale_end_widths: tuple[float, float] = (2.0, 5.0)
+    """Median signal of an end over the body's below which it is pale, the width over the body's
+    from which on it is so by itself, and from where to where from its tip both are taken: any tip
+    is blurred, a pale one may be dark."""
+    least_missing_widths: float = 1.5
+    hairpin_width_over_length: float = 0.3
+    """How much shorter than known a body must be to lack a part of itself, and least area of that
+    part where it lies on itself, squared widths for each width of its length."""
     most_end_step_lengths: float = 0.12
     most_end_step_widths: float = 1.5
     """An end that moves farther than both in a frame has been mistaken for another."""
@@ -54,6 +75,10 @@ class BodyModel:
         How much darker two parts are that lie on each other than one, relatively.
     length_scatter : float
         Mean deviation of the log of its length: a worm that strokes has more.
+    profile_scatter : float
+        Mean difference of what it darkens along it, relative: of one open body it stays the same.
+    looking_doubled : float
+        Part of the last midlines that looked like a body laid double.
     settings : BodyModelSettings
     shade : BodyShade or None
         Signal of one layer of it, place by place; None before it was seen.
@@ -73,6 +98,8 @@ class BodyModel:
     first_length: float
     darkening: float = 0.0
     length_scatter: float = 0.02
+    profile_scatter: float = 0.0
+    looking_doubled: float = 0.0
     shade: BodyShade | None = None
     frames: int = 1
 
@@ -95,7 +122,9 @@ class BodyModel:
             length,
         )
 
-    def updated(self, midline: RefinedMidline, area: float, gain: float) -> "BodyModel":
+    def updated(
+        self, midline: RefinedMidline, area: float, gain: float, doubled: bool
+    ) -> "BodyModel":
         """Return the model with one midline more, whose widths are in the order of the others."""
         rate = max(1 / (self.frames + 1), self.settings.least_weight_of_new_frame)
         off = abs(log(length_of(midline.points) / self.length))
@@ -112,10 +141,35 @@ class BodyModel:
             settings=self.settings,
             darkening=self.darkening,
             length_scatter=self.length_scatter + rate * (off - self.length_scatter),
+            profile_scatter=self.profile_scatter
+            + rate * (self.profile_difference(midline) - self.profile_scatter),
+            looking_doubled=self.looking_doubled + rate * (doubled - self.looking_doubled),
             first_length=self.first_length,
             shade=self.shade,
             frames=self.frames + 1,
         )
+
+    def profile_difference(self, midline: RefinedMidline) -> float:
+        """Return how far what a midline's body darkens, from place to place, is not this one's.
+
+        The standard deviation along the body of the log of width times signal, over this one's.
+        """
+        cut = round(self.settings.profile_end_part * len(self.widths))
+        inner = slice(cut, len(self.widths) - cut)
+        seen = np.maximum(midline.widths * midline.levels, 1.0)[inner]
+        known = np.maximum(self.widths * self.levels, 1.0)[inner]
+        nodes = self.settings.profile_nodes
+        off = np.convolve(np.log(seen / known), np.full(nodes, 1 / nodes), "valid")
+        return float(off.std())
+
+    @property
+    def is_changing(self) -> bool:
+        """Whether what was learned is no open body: it looks doubled, and not always alike."""
+        settings = self.settings
+        if self.frames < settings.changing_frames:
+            return False
+        differs = self.profile_scatter > settings.most_profile_scatter
+        return differs and self.looking_doubled > settings.most_looking_doubled
 
     @property
     def is_learned(self) -> bool:
@@ -125,7 +179,7 @@ class BodyModel:
     @property
     def is_young(self) -> bool:
         """Whether the body may yet turn out to be another one."""
-        return self.frames < self.settings.young_frames
+        return self.frames < self.settings.young_frames or self.is_changing
 
     def is_outgrown_by(self, length: float) -> bool:
         """Tell whether a length shows that the first midlines were of a body laid double."""
@@ -156,6 +210,38 @@ class BodyModel:
         """Return the model with one measurement more of how dark its overlaps are."""
         rate = self.settings.weight_of_new_darkening if self.darkening > 0 else 1.0
         return replace(self, darkening=self.darkening + rate * (darkening - self.darkening))
+
+    @property
+    def pale_ends(self) -> tuple[bool, bool]:
+        """Of each end whether it is pale by itself: a thin one is pale by the lens."""
+        settings = self.settings
+        per_point = self.length / (len(self.levels) - 1)
+        inner, outer = (round(k * self.width / per_point) for k in settings.pale_end_widths)
+        level = settings.pale_end_over_body * self.level
+        width = settings.pale_end_width_over_body * self.width
+        first, last = (
+            bool(np.median(levels[inner : outer + 1]) < level)
+            and bool(np.median(widths[inner : outer + 1]) > width)
+            for levels, widths in (
+                (self.levels, self.widths),
+                (self.levels[::-1], self.widths[::-1]),
+            )
+        )
+        return first, last
+
+    def lacks(self, length: float, left_over: float) -> bool:
+        """Tell whether what a body leaves over may be what it lacks: a hairpin, cut off.
+
+        Parameters
+        ----------
+        length : float
+            Of the body, pixels.
+        left_over : float
+            Largest piece of the object that it leaves over, squared widths.
+        """
+        missing, settings = (self.length - length) / self.width, self.settings
+        hairpin = settings.hairpin_width_over_length * missing
+        return missing > settings.least_missing_widths and left_over > hairpin
 
     def leaps(self, points: Floats, last: Floats, frames: int) -> bool:
         """Tell whether an end is farther from where it was than it can have got in some frames."""

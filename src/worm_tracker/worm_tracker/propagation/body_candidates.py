@@ -50,6 +50,8 @@ class Candidate:
         As in `PropagatedBody`: how much straighter it would be with two of its strands exchanged.
     turned_round : bool
         Whether it was followed the wrong way round until now.
+    was_exchanged : bool
+        Whether two of its strands are exchanged, against the picture before.
     """
 
     path: BodyPath
@@ -58,6 +60,7 @@ class Candidate:
     end_sd_px: tuple[float, float] = (0.0, 0.0)
     straighter: float = 0.0
     turned_round: bool = False
+    was_exchanged: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,7 +113,7 @@ class CandidateSearch:
             found.end_sd_px,
             self.over_limits(found),
             found.straighter,
-            self.loops_known(found.path),
+            self.loops_known(found),
             self.frames_unexplained(found),
             found.turned_round,
         )
@@ -140,18 +143,19 @@ class CandidateSearch:
         most = -settings.least_bend_of_other_way_rad2
         return not doubtful_loops(found.path, self.model.width, settings.exchange, most)
 
-    def loops_known(self, path: BodyPath) -> bool:
-        """Tell whether it is known which way round the loops of a path are passed.
+    def loops_known(self, found: Candidate) -> bool:
+        """Tell whether it is known which way round the loops of a body are passed.
 
-        One in doubt that has been followed, and open, since it was known is passed as it was.
+        One in doubt that has been followed, and open, since it was known is passed as it was; one
+        whose strands have just been exchanged is passed the other way.
         """
         settings = self.settings
         marks = (0.0, 1.0)
         if _is_marked(self.model, settings):
             marks = -settings.bend_lost_in_marks_rad2, settings.least_breadth_in_marks_widths
-        breadths = doubtful_loops(path, self.model.width, settings.exchange, *marks)
+        breadths = doubtful_loops(found.path, self.model.width, settings.exchange, *marks)
         open_px = settings.open_loop_widths * self.model.width
-        was_known = self.body.loops_known and self.frames == 1
+        was_known = self.body.loops_known and self.frames == 1 and not found.was_exchanged
         return not breadths or (was_known and min(breadths) > open_px)
 
     def over_limits(self, found: Candidate) -> float:
@@ -219,7 +223,7 @@ class CandidateSearch:
             return found  # neither is straighter
         if end_displacement(again.path.points, found.path.points) > width:
             return found  # what lies between the strands is turned round, the ends stay
-        return replace(again, path=replace(again.path, ways=found.path.ways))
+        return replace(again, path=replace(again.path, ways=found.path.ways), was_exchanged=True)
 
     def regrown(self, found: Candidate) -> Candidate:
         """Return a body with bends or ends laid anew where that explains more of the object."""
@@ -311,7 +315,8 @@ class CandidateSearch:
         )
         if differs.left_over and not lies_near_itself(path.curve, self.model.width, path.step):
             near = self.settings.residual.end_widths * self.model.width
-            if not differs.wants_near(path.points[[0, -1]], near):
+            lacks = self.model.lacks(path.length, differs.left_over)
+            if not lacks and not differs.wants_near(path.points[[0, -1]], near):
                 differs = replace(differs, left_over=0.0)  # debris that hangs on to an open body
         agreement = differs.agreement - self.settings.kink_cost_per_rad * kink
         return Candidate(path, agreement, differs)

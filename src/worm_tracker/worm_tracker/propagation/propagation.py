@@ -135,14 +135,19 @@ def _end_sd_px(
 ) -> tuple[float, float]:
     """Return how surely the ends are where they are said to be.
 
-    The picture does not tell an end that lies on the body where overlaps are no darker: edges of
-    what it lies on are taken for its own. It is no surer than the length agrees with the known one.
+    The picture does not tell an end that lies on the body where overlaps are no darker, nor one so
+    pale that it adds little: edges of what it lies on are taken for its own. It is no surer than
+    the length agrees with the known one; a pale one no surer than the worm keeps its length.
     """
     first, last = body.end_sd_px
-    if model.darkening > settings.residual.least_darkening:
-        return first, last
+    near_px = settings.near_end_widths * model.width
+    on_first, on_last = ends_on_body(body.path.curve, near_px, body.path.step)
     off = abs(body.path.length - model.length)
-    on_first, on_last = ends_on_body(
-        body.path.curve, settings.near_end_widths * model.width, body.path.step
+    if model.darkening <= settings.residual.least_darkening:
+        return max(first, off * on_first), max(last, off * on_last)
+    off = max(off, model.length_scatter * model.length)
+    pale_first, pale_last = model.pale_ends
+    return (
+        max(first, off * (on_first and pale_first)),
+        max(last, off * (on_last and pale_last)),
     )
-    return max(first, off * on_first), max(last, off * on_last)

@@ -1,0 +1,51 @@
+"""Whether a body that an object's contour gives is all of the worm in it, but for debris."""
+
+import numpy as np
+
+from worm_msgs_py.arrays import Picture
+from worm_tracker.midline.body_model import BodyModel, mean_width
+from worm_tracker.midline.body_residual import (
+    BodyResidualSettings,
+    ObjectMasks,
+    dark_places,
+    unexplained,
+)
+from worm_tracker.midline.curve import length_of
+from worm_tracker.midline.refine import RefinedMidline
+
+
+def explains_object(
+    found: RefinedMidline,
+    smooth: Picture,
+    mask: Picture,
+    folded: bool,
+    model: BodyModel | None,
+    settings: BodyResidualSettings,
+) -> bool:
+    """Tell whether a body is all of its object, but for debris beside an open one.
+
+    Parameters
+    ----------
+    found : RefinedMidline
+        Its points in the coordinates of the picture's window.
+    smooth : ndarray of uint8, shape (h, w)
+        The smoothed signal.
+    mask : ndarray of uint8, shape (h, w)
+        The object; 0 or 255.
+    folded : bool
+        Whether the body lies near itself, or may lie on itself with an end.
+    model : BodyModel or None
+        The worm, where it is known.
+    settings : BodyResidualSettings
+    """
+    dark = dark_places(smooth, found.level, 2 * settings.least_darkening, settings)
+    width = mean_width(found.widths)
+    masks = ObjectMasks(mask, np.asarray(dark & mask), width, settings)
+    differs = unexplained(masks, found.points, found.widths)
+    ends = found.points[[0, -1]]
+    if not folded and not differs.wants_near(ends, settings.end_widths * width):
+        if model is not None and model.lacks(length_of(found.points), differs.left_over):
+            return False
+        return differs.in_water + differs.overlap < settings.most_of_contour_body
+    most = settings.most_of_folded_body if folded else settings.most_of_contour_body
+    return differs.total < most

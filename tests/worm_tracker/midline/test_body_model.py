@@ -1,0 +1,80 @@
+"""What is learned of a body: that it is one open body, and that all of it is seen."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
+from worm_tracker.midline.refine import RefinedMidline
+
+PART = np.linspace(0.0, 1.0, 65)
+LENGTH, WIDTH = 150.0, 10.0
+
+
+def body(widths, levels):
+    points = np.c_[LENGTH * PART, np.zeros(65)]
+    half_height_widths = np.full(65, WIDTH)
+    return RefinedMidline(
+        points, widths, half_height_widths, levels, float(np.median(levels)), 1.0, 1500.0, 75.0, 0.0
+    )
+
+
+def learned(bodies, doubled):
+    """Return what is learned of a body that looks doubled, or not, in all pictures."""
+    model = BodyModel.of(bodies[0], 1500.0, 1.0, BodyModelSettings())
+    for one in bodies[1:]:
+        model = model.updated(one, 1500.0, 1.0, doubled)
+    return model
+
+
+def laid_double(frame):
+    """Return a body that lies on itself with a part that grows and shrinks by a worm's stroke."""
+    where = 0.5 + 0.2 * np.sin(frame / 4)
+    return body(np.full(65, WIDTH), np.where(where < PART, 190.0, 100.0))
+
+
+def marked(frame):
+    """Return a body whose skin has a step, always at the same place of it."""
+    noise = np.random.default_rng(frame).normal(1.0, 0.03, 65)
+    return body(WIDTH * noise, np.where(PART > 0.7, 70.0, 100.0) * (1 + 0.1 * np.sin(frame / 4)))
+
+
+def test_a_fold_that_travels_along_the_body_is_no_open_body():
+    assert learned([laid_double(frame) for frame in range(90)], doubled=True).is_changing
+
+
+def test_a_skin_with_a_step_is_one_body_in_any_light():
+    assert not learned([marked(frame) for frame in range(90)], doubled=True).is_changing
+
+
+def test_a_body_that_never_looks_doubled_may_change():
+    """A narrow one is measured badly; a larva swells where its wave passes."""
+    assert not learned([laid_double(frame) for frame in range(90)], doubled=False).is_changing
+
+
+def test_few_pictures_do_not_tell():
+    assert not learned([laid_double(frame) for frame in range(40)], doubled=True).is_changing
+
+
+@given(brighter=st.floats(0.5, 2.0), wider=st.floats(0.8, 1.25))
+def test_a_profile_differs_by_its_shape_alone(brighter, wider):
+    model = learned([marked(0)], doubled=False)
+    same = body(marked(0).widths * wider, marked(0).levels * brighter)
+    assert model.profile_difference(same) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("shorter_widths", "left_over", "lacks"),
+    [
+        pytest.param(4.0, 2.0, True, id="a hairpin of two widths, cut off"),
+        pytest.param(4.0, 0.5, False, id="contracted, beside a speck"),
+        pytest.param(1.0, 2.0, False, id="whole, beside debris"),
+        pytest.param(-3.0, 2.0, False, id="stretched, beside debris"),
+    ],
+)
+def test_what_is_left_over_is_the_worms_where_the_worm_lacks_as_much(
+    shorter_widths, left_over, lacks
+):
+    model = learned([marked(0)], doubled=False)
+    assert model.lacks(model.length - shorter_widths * model.width, left_over) is lacks
