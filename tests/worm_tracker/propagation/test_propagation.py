@@ -15,6 +15,7 @@ from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
 from worm_tracker.follower import Follower, FollowerSettings
 from worm_tracker.head_tail.link import Chain, LinkSettings
+from worm_tracker.midline import strand_exchange
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import (
     BodyResidualSettings,
@@ -163,6 +164,24 @@ def test_a_loop_that_is_straighter_as_it_is_is_known_by_itself(was_known):
     arcs = laid([(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)], width)
     crossing = BodyPath(evenly(arcs, 240))
     assert search_after(crossing, width, 1, was_known).loops_known(candidate(crossing))
+
+
+def test_a_loop_in_doubt_is_known_again_where_the_other_way_bends_more(monkeypatch):
+    """Loops of nearly parallel strands bend alike either way: one picture's noise must not do."""
+    path = kinked_loop(2.5, 15.0)
+
+    def straighter_the_other_way_by(gain):
+        ways = [(10, 200, gain, path.curve)]
+        monkeypatch.setattr(strand_exchange, "_other_ways", lambda *_: iter(ways))
+
+    for was_known, gain, is_known in [
+        (True, -0.01, True),
+        (False, -0.01, False),
+        (False, -0.1, True),
+    ]:
+        straighter_the_other_way_by(gain)
+        search = search_after(path, 15.0, 1, was_known)
+        assert search.loops_known(candidate(path)) is is_known
 
 
 def test_a_loop_whose_strands_were_exchanged_is_not_passed_as_it_was_known():

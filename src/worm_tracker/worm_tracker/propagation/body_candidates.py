@@ -147,15 +147,19 @@ class CandidateSearch:
         """Tell whether it is known which way round the loops of a body are passed.
 
         One in doubt that has been followed, and open, since it was known is passed as it was; one
-        whose strands have just been exchanged is passed the other way.
+        whose strands have just been exchanged is passed the other way. Once in doubt it is known
+        again where the other way bends clearly more.
         """
         settings = self.settings
-        marks = (0.0, 1.0)
-        if _is_marked(self.model, settings):
-            marks = -settings.bend_lost_in_marks_rad2, settings.least_breadth_in_marks_widths
-        breadths = doubtful_loops(found.path, self.model.width, settings.exchange, *marks)
-        open_px = settings.open_loop_widths * self.model.width
         was_known = self.body.loops_known and self.frames == 1 and not found.was_exchanged
+        bend, breadth = 0.0, 1.0
+        if _is_marked(self.model, settings):
+            bend = settings.bend_lost_in_marks_rad2
+            breadth = settings.least_breadth_in_marks_widths
+        if not was_known:
+            bend = max(bend, settings.least_bend_to_know_again_rad2)
+        breadths = doubtful_loops(found.path, self.model.width, settings.exchange, -bend, breadth)
+        open_px = settings.open_loop_widths * self.model.width
         return not breadths or (was_known and min(breadths) > open_px)
 
     def over_limits(self, found: Candidate) -> float:

@@ -59,6 +59,8 @@ class PropagationSettings:
     open_loop_widths: float = 2.0
     """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
     cross each other unseen."""
+    least_bend_to_know_again_rad2: float = 0.05
+    """How much more the other way past a loop must bend for one that was in doubt to be known."""
     least_marks: float = 0.06
     """How far a skin's signal differs along it, over itself, from which on it has marks: they hide
     where two strands lie on each other."""
