@@ -189,34 +189,36 @@ def test_a_coil_that_is_only_followed_backwards_carries_the_order_on_but_tells_n
 
 
 @pytest.mark.parametrize(
-    ("away_widths", "explains", "told_frames"),
+    ("away_widths", "explains", "way_back", "told_frames"),
     [
-        pytest.param(1.5, True, [0, 1, 2, 3], id="both may be right to a width"),
-        pytest.param(2.5, False, [0, 1, 2, 3], id="what was followed explains nothing"),
-        pytest.param(2.5, True, [2, 3], id="one of them is wrong"),
+        pytest.param(1.5, True, "end hidden", [0, 1, 2, 3], id="both may be right to a width"),
+        pytest.param(2.5, False, "end hidden", [0, 1, 2, 3], id="what was followed is no body"),
+        pytest.param(2.5, True, "end hidden", [2, 3], id="one of them is wrong"),
+        pytest.param(2.5, True, "told", [0, 1, 2, 3], id="only the way back sees all of it"),
     ],
 )
-def test_a_way_back_ends_where_the_body_that_was_followed_into_the_coil_lies_elsewhere(
-    away_widths, explains, told_frames
+def test_a_way_back_with_a_hidden_end_stops_where_the_body_was_followed_elsewhere(
+    away_widths, explains, way_back, told_frames
 ):
     elsewhere = midline(explains=explains)
     elsewhere = replace(elsewhere, points=LINE + np.array([0.0, away_widths * WIDTH]))
     queue = queue_of(coil(), coil(followed=elsewhere), coil(), midline())
-    queue.go_back(Back())
-    told = [one.state.frame for one in queue.finish() if one.state.status is Status.TRACKED]
+    status = Status.TRACKED if way_back == "told" else Status.END_HIDDEN
+    queue.go_back(Back(status))
+    told = [one.state.frame for one in queue.finish() if one.state.status is not Status.COILED]
     assert told == told_frames
 
 
 class Back:
     """A way back that tells every coil, and counts its steps."""
 
-    def __init__(self):
-        self.steps = 0
+    def __init__(self, status=Status.TRACKED):
+        self.steps, self.status = 0, status
 
     def __call__(self, opened, detections):
         for _ in detections:
             self.steps += 1
-            yield midline()
+            yield replace(midline(), status=self.status)
 
 
 KINDS = {"coil": coil, "open": midline, "gone": lambda: Observation(Status.NO_WORM)}

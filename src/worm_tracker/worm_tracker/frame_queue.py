@@ -72,8 +72,8 @@ class _WayBack:
             observation = next(self.told[0], None) if self.runs[0].frames else None
             if observation is not None:
                 pending = self.runs[0].frames.pop()
-                followed = pending.observation.followed
-                if followed is not None and followed.contradicts(observation):
+                followed, is_told = pending.observation.followed, observation.status.has_pose
+                if followed is not None and not is_told and followed.contradicts(observation):
                     self.runs[0].frames.clear()  # one was lost, and nothing tells which
                 else:
                     _learn_from_opening(pending, observation)

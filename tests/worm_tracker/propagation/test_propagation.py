@@ -8,19 +8,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from crawling_worm import FRAME_NS
-from drawn_folds import Drawn, laid, rounded_widths
+from drawn_folds import DARKENING, LEVEL, Drawn, laid, rounded_widths
 
 from worm_model.evaluation.distances import as_given_rms, resampled
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
 from worm_tracker.follower import Follower, FollowerSettings
 from worm_tracker.head_tail.link import Chain, LinkSettings
-from worm_tracker.midline import strand_exchange
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import (
     BodyResidualSettings,
     ObjectMasks,
     Unexplained,
+    dark_places,
     strands,
 )
 from worm_tracker.midline.path import BodyPath, evenly
@@ -164,24 +164,6 @@ def test_a_loop_that_is_straighter_as_it_is_is_known_by_itself(was_known):
     arcs = laid([(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)], width)
     crossing = BodyPath(evenly(arcs, 240))
     assert search_after(crossing, width, 1, was_known).loops_known(candidate(crossing))
-
-
-def test_a_loop_in_doubt_is_known_again_where_the_other_way_bends_more(monkeypatch):
-    """Loops of nearly parallel strands bend alike either way: one picture's noise must not do."""
-    path = kinked_loop(2.5, 15.0)
-
-    def straighter_the_other_way_by(gain):
-        ways = [(10, 200, gain, path.curve)]
-        monkeypatch.setattr(strand_exchange, "_other_ways", lambda *_: iter(ways))
-
-    for was_known, gain, is_known in [
-        (True, -0.01, True),
-        (False, -0.01, False),
-        (False, -0.1, True),
-    ]:
-        straighter_the_other_way_by(gain)
-        search = search_after(path, 15.0, 1, was_known)
-        assert search.loops_known(candidate(path)) is is_known
 
 
 def test_a_loop_whose_strands_were_exchanged_is_not_passed_as_it_was_known():
@@ -362,3 +344,48 @@ def test_an_end_against_the_body_of_one_shade_is_as_sure_as_the_length_agrees(lo
     pale = np.where(np.arange(len(widths)) > 0.75 * len(widths), 45.0, 100.0)  # but for a pale one
     faint = replace(dark, levels=pale)
     assert observation_of(body, faint, 0.95, PropagationSettings()).status is Status.END_HIDDEN
+
+
+@pytest.mark.parametrize(
+    ("shorter", "pale", "status"),
+    [
+        pytest.param(0.1, True, Status.TRACKED, id="a stroke shortens it as much"),
+        pytest.param(0.2, True, Status.END_HIDDEN, id="its pale end may not have been seen"),
+        pytest.param(0.2, False, Status.TRACKED, id="an end that is not pale is seen"),
+    ],
+)
+def test_a_short_body_with_a_pale_end_may_go_on_unseen(shorter, pale, status):
+    width = 10.0
+    path = BodyPath(laid([(16.0, 0.05)], width))
+    search = search_after(path, width, 1, loops_known=True)
+    part = np.linspace(0.0, 1.0, 65)
+    levels = np.where(pale & (part > 0.75), 45.0, 100.0)
+    model = replace(search.model, length=path.length / (1 - shorter), levels=levels)
+    body = PropagatedBody(path, 0.95, 0.95, 0j, (1.0, 1.0))
+    assert observation_of(body, model, 0.95, PropagationSettings()).status is status
+
+
+@pytest.mark.parametrize(
+    ("missing_widths", "by_darkness", "lacks"),
+    [
+        pytest.param(0.0, True, (False, False), id="all of it"),
+        pytest.param(1.0, True, (False, True), id="its tip is a dark place under one strand"),
+        pytest.param(1.0, False, (False, False), id="overlaps are no darker"),
+    ],
+)
+def test_an_end_on_the_body_beside_which_something_is_missing_lies_elsewhere(
+    missing_widths, by_darkness, lacks
+):
+    """The tip lies within the flank that the body comes back to: the outline is the same."""
+    width = 12.0
+    drawn = Drawn.of([(4.0, 0.0), (7.5, 0.6), (2.6, 0.0)], width, 0.3)
+    points, widths = drawn.claimed(last_widths=missing_widths)
+    path = BodyPath(evenly(points @ np.array([1, 1j]), 240))
+    search = search_after(path, width, 1, loops_known=True)
+    residual = search.settings.residual
+    dark = dark_places(drawn.signal, LEVEL, DARKENING, residual) if by_darkness else None
+    search = replace(search, seen=ObjectMasks(drawn.mask, dark, width, residual))
+    found = search.scored(path, widths)
+    assert search.ends_lack(found) == lacks
+    sd_px = search.in_picture(found).end_sd_px
+    assert sd_px == tuple(width * one for one in lacks)

@@ -158,13 +158,15 @@ class Unexplained:
 
     def wants_near(self, points: Floats, distance: float) -> bool:
         """Tell whether something is missing as near as this to one of some points (n, 2)."""
-        for u, v in points.tolist():
-            u0, v0 = max(floor(u - distance), 0), max(floor(v - distance), 0)
-            u1, v1 = max(ceil(u + distance), 0), max(ceil(v + distance), 0)
-            rows, columns = np.nonzero(self.wanted[v0 : v1 + 1, u0 : u1 + 1])
-            if (np.hypot(columns + u0 - u, rows + v0 - v) < distance).any():
-                return True
-        return False
+        return any(self.missing_px2(point, distance) > 0 for point in points)
+
+    def missing_px2(self, point: Floats, distance: float) -> int:
+        """Return the area in which body is missing as near as this to a point (2,), pixels."""
+        u, v = point.tolist()
+        u0, v0 = max(floor(u - distance), 0), max(floor(v - distance), 0)
+        u1, v1 = max(ceil(u + distance), 0), max(ceil(v + distance), 0)
+        rows, columns = np.nonzero(self.wanted[v0 : v1 + 1, u0 : u1 + 1])
+        return int((np.hypot(columns + u0 - u, rows + v0 - v) < distance).sum())
 
 
 def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplained:

@@ -25,7 +25,7 @@ from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
 from worm_tracker.midline.path_following import ExpectedBody, slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.regrown_ends import regrown
-from worm_tracker.midline.self_cover import lies_near_itself
+from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.midline.strand_exchange import doubtful_loops, exchanged_strands
 from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.propagation_settings import PropagationSettings
@@ -105,18 +105,39 @@ class CandidateSearch:
         lost = self.settings.expected_agreement_lost_per_frame
         expected = max(found.agreement, self.body.expected_agreement - lost)
         path = found.path.shifted(self.origin)
+        first, last = found.end_sd_px
+        lacks_first, lacks_last = self.ends_lack(found)
+        width = self.model.width
         return PropagatedBody(
             path,
             found.agreement,
             expected,
             self.origin + found.unexplained.centroid(),
-            found.end_sd_px,
+            (max(first, lacks_first * width), max(last, lacks_last * width)),
             self.over_limits(found),
             found.straighter,
             self.loops_known(found),
             self.frames_unexplained(found),
             found.turned_round,
         )
+
+    def ends_lack(self, found: Candidate) -> tuple[bool, bool]:
+        """Tell of each end whether it lies on the body and something is missing beside it.
+
+        It lies elsewhere then. Told where overlaps are darker: marks of a skin look like them.
+        """
+        settings, width = self.settings, self.model.width
+        if self.seen.dark is None or self.seen.shaded is not None:
+            return False, False
+        near = settings.near_end_widths * width
+        on_body = ends_on_body(found.path.curve, near, found.path.step)
+        reach = settings.missing_at_end_widths * width
+        most = settings.most_missing_at_end_widths2 * width**2
+        first, last = (
+            on and found.unexplained.missing_px2(point, reach) > most
+            for on, point in zip(on_body, found.path.points[[0, -1]], strict=True)
+        )
+        return first, last
 
     def frames_unexplained(self, found: Candidate) -> int:
         """Return how many pictures lie between this one and the last that the body explained.
@@ -147,19 +168,15 @@ class CandidateSearch:
         """Tell whether it is known which way round the loops of a body are passed.
 
         One in doubt that has been followed, and open, since it was known is passed as it was; one
-        whose strands have just been exchanged is passed the other way. Once in doubt it is known
-        again where the other way bends clearly more.
+        whose strands have just been exchanged is passed the other way.
         """
         settings = self.settings
-        was_known = self.body.loops_known and self.frames == 1 and not found.was_exchanged
-        bend, breadth = 0.0, 1.0
+        marks = (0.0, 1.0)
         if _is_marked(self.model, settings):
-            bend = settings.bend_lost_in_marks_rad2
-            breadth = settings.least_breadth_in_marks_widths
-        if not was_known:
-            bend = max(bend, settings.least_bend_to_know_again_rad2)
-        breadths = doubtful_loops(found.path, self.model.width, settings.exchange, -bend, breadth)
+            marks = -settings.bend_lost_in_marks_rad2, settings.least_breadth_in_marks_widths
+        breadths = doubtful_loops(found.path, self.model.width, settings.exchange, *marks)
         open_px = settings.open_loop_widths * self.model.width
+        was_known = self.body.loops_known and self.frames == 1 and not found.was_exchanged
         return not breadths or (was_known and min(breadths) > open_px)
 
     def over_limits(self, found: Candidate) -> float:
@@ -190,7 +207,7 @@ class CandidateSearch:
         found = self.slid(self.last)
         if found is None:
             return None
-        if self.over_limits(found) > 1:
+        if self.over_limits(found) > 1 or any(self.ends_lack(found)):
             found = self.regrown(found)
         return self.exchanged(found)
 

@@ -4,7 +4,7 @@ A body is slid along itself into the picture; where that does not explain the ob
 body is fitted.
 """
 
-from math import ceil
+from math import ceil, log
 
 import cv2
 import numpy as np
@@ -109,10 +109,10 @@ def observation_of(
     width = mean_width(model.widths)
     step = body.path.length / (len(body.points) - 1)
     end_sd_px = _end_sd_px(body, model, settings)
-    first, last = (
-        0 if sd < settings.most_end_sd_widths * width else 1 + ceil(2 * sd / step)
-        for sd in end_sd_px
-    )
+    most_sd = settings.most_end_sd_widths
+    if _overlaps_tell(model, settings):
+        most_sd = settings.most_end_sd_in_darker_overlap_widths
+    first, last = (0 if sd < most_sd * width else 1 + ceil(2 * sd / step) for sd in end_sd_px)
     folded = lies_near_itself(body.path.curve, width, body.path.step)
     seen = Status.FOLDED if folded else Status.TRACKED
     return Observation(
@@ -137,17 +137,23 @@ def _end_sd_px(
 
     The picture does not tell an end that lies on the body where overlaps are no darker, nor one so
     pale that it adds little: edges of what it lies on are taken for its own. It is no surer than
-    the length agrees with the known one; a pale one no surer than the worm keeps its length.
+    the length agrees with the known one; a pale one no surer than the worm keeps its length, nor
+    where the body is shorter than a stroke makes it: the object may have been seen without it.
     """
-    first, last = body.end_sd_px
     near_px = settings.near_end_widths * model.width
-    on_first, on_last = ends_on_body(body.path.curve, near_px, body.path.step)
+    on_body = ends_on_body(body.path.curve, near_px, body.path.step)
     off = abs(body.path.length - model.length)
-    if model.darkening <= settings.residual.least_darkening:
-        return max(first, off * on_first), max(last, off * on_last)
-    off = max(off, model.length_scatter * model.length)
-    pale_first, pale_last = model.pale_ends
-    return (
-        max(first, off * (on_first and pale_first)),
-        max(last, off * (on_last and pale_last)),
+    short = log(model.length / body.path.length) > settings.most_log_shortening_of_pale
+    dark = _overlaps_tell(model, settings)
+    if dark:
+        off = max(off, model.length_scatter * model.length)
+    first, last = (
+        max(sd, off * ((on and (is_pale or not dark)) or (short and is_pale)))
+        for sd, on, is_pale in zip(body.end_sd_px, on_body, model.pale_ends, strict=True)
     )
+    return first, last
+
+
+def _overlaps_tell(model: BodyModel, settings: PropagationSettings) -> bool:
+    """Tell whether overlaps are so much darker that the picture shows what lies in them."""
+    return model.darkening > settings.residual.least_darkening

@@ -37,9 +37,17 @@ class PropagationSettings:
     most_stretches: int = 3
     """How often a bend is laid anew."""
     most_end_sd_widths: float = 0.35
-    """Standard deviation of an end's place from which on it is told as hidden."""
+    most_end_sd_in_darker_overlap_widths: float = 0.42
+    """Standard deviation of an end's place from which on it is told as hidden; and where overlaps
+    are darker, so that an end that lies elsewhere leaves something over."""
+    most_log_shortening_of_pale: float = 0.14
+    """Log of the known length over one that a body with a pale end may have to be all of it."""
     near_end_widths: float = 1.1
     """How near another part of the body an end lies on it or against it."""
+    most_missing_at_end_widths2: float = 0.06
+    missing_at_end_widths: float = 2.0
+    """What may be missing as near as this to an end that lies on or against the body, squared
+    widths: it is little that a tapered end covers."""
     least_turned_over_limits: float = 2.5
     """How many times what may be left over is left where a body is tried the other way round: ends
     that differ little do not tell it."""
@@ -59,8 +67,6 @@ class PropagationSettings:
     open_loop_widths: float = 2.0
     """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
     cross each other unseen."""
-    least_bend_to_know_again_rad2: float = 0.05
-    """How much more the other way past a loop must bend for one that was in doubt to be known."""
     least_marks: float = 0.06
     """How far a skin's signal differs along it, over itself, from which on it has marks: they hide
     where two strands lie on each other."""
