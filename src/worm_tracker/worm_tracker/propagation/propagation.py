@@ -108,12 +108,12 @@ def observation_of(
     u, v = body.centroid.real, body.centroid.imag
     width = mean_width(model.widths)
     step = body.path.length / (len(body.points) - 1)
-    end_sd_px = _end_sd_px(body, model, settings)
+    folded = lies_near_itself(body.path.curve, width, body.path.step)
+    end_sd_px = _end_sd_px(body, folded, model, settings)
     most_sd = settings.most_end_sd_widths
     if _overlaps_tell(model, settings):
         most_sd = settings.most_end_sd_in_darker_overlap_widths
     first, last = (0 if sd < most_sd * width else 1 + ceil(2 * sd / step) for sd in end_sd_px)
-    folded = lies_near_itself(body.path.curve, width, body.path.step)
     seen = Status.FOLDED if folded else Status.TRACKED
     return Observation(
         Status.END_HIDDEN if first or last else seen,
@@ -131,22 +131,20 @@ def observation_of(
 
 
 def _end_sd_px(
-    body: PropagatedBody, model: BodyModel, settings: PropagationSettings
+    body: PropagatedBody, folded: bool, model: BodyModel, settings: PropagationSettings
 ) -> tuple[float, float]:
     """Return how surely the ends are where they are said to be.
 
     The picture does not tell an end that lies on the body where overlaps are no darker, nor one so
     pale that it adds little: edges of what it lies on are taken for its own. It is no surer than
-    the length agrees with the known one; a pale one no surer than the worm keeps its length, nor
-    where the body is shorter than a stroke makes it: the object may have been seen without it.
+    the length agrees with the known one, and than the worm keeps its length. Nor is a pale one
+    of a folded body shorter than a stroke makes it: the object may have been seen without it.
     """
     near_px = settings.near_end_widths * model.width
     on_body = ends_on_body(body.path.curve, near_px, body.path.step)
-    off = abs(body.path.length - model.length)
-    short = log(model.length / body.path.length) > settings.most_log_shortening_of_pale
+    off = max(abs(body.path.length - model.length), model.length_scatter * model.length)
+    short = folded and log(model.length / body.path.length) > settings.most_log_shortening_of_pale
     dark = _overlaps_tell(model, settings)
-    if dark:
-        off = max(off, model.length_scatter * model.length)
     first, last = (
         max(sd, off * ((on and (is_pale or not dark)) or (short and is_pale)))
         for sd, on, is_pale in zip(body.end_sd_px, on_body, model.pale_ends, strict=True)

@@ -41,7 +41,7 @@ class PropagationSettings:
     """Standard deviation of an end's place from which on it is told as hidden; and where overlaps
     are darker, so that an end that lies elsewhere leaves something over."""
     most_log_shortening_of_pale: float = 0.14
-    """Log of the known length over one that a body with a pale end may have to be all of it."""
+    """Log of the known length over one that a folded body may have whose pale end is seen."""
     near_end_widths: float = 1.1
     """How near another part of the body an end lies on it or against it."""
     most_missing_at_end_widths2: float = 0.06
