@@ -21,7 +21,7 @@ $(READY): requirements.lock pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
 
-demo: $(READY) ## replay the example trial, pool it with ten others, and write both reports
+demo: $(READY) ## replay the example trial, pool it with twelve others, and write both reports
 	@$(BIN)/worm replay bags/trial --out $(OUT)/trial
 	@$(BIN)/worm report $(OUT)/trial bags/pool/trial_* --out $(OUT)/pooled
 

@@ -48,11 +48,14 @@ TRIAL = (
 )  # fmt: skip
 """Options of `worm simulate`: three minutes of the two-dimensional worm in both chambers."""
 POOL = (
-    "--trials", "10", "--tracks-only", "--minutes", "17", "--fps", "14", "--seed", "300",
-    "--exit-width-mm", "1", "--exit-width-mm", "3", "--exit-width-mm", "5",
-    "--exit-width-mm", "3",
+    "--trials", "12", "--tracks-only", "--minutes", "23", "--fps", "14", "--seed", "300",
+    "--exit-width-mm", "0.5", "--exit-width-mm", "5", "--exit-width-mm", "3",
+    "--exit-width-mm", "1", "--exit-width-mm", "5", "--exit-width-mm", "0.5",
+    "--exit-width-mm", "5", "--exit-width-mm", "3", "--exit-width-mm", "1",
+    "--exit-width-mm", "5", "--exit-width-mm", "3", "--exit-width-mm", "3",
 )  # fmt: skip
-"""Ten trials of it without pictures, enough at W = 1, 3 and 5 mm for every figure of the paper.
+"""Twelve trials of it without pictures, enough for every number of the paper at W = 0.5, 1, 3 and
+5 mm: the wider the exit, the more trials it takes for 20 failed attempts.
 
 14 frames a second are the fewest with five of them in half of a peristaltic stroke (0.3 s), as its
 phase needs.

@@ -1,6 +1,7 @@
 """The example bags are what `bags/build.py` makes, byte for byte, and what their README says."""
 
 import importlib.util
+import json
 import re
 import sys
 import zipfile
@@ -159,15 +160,18 @@ def test_the_trial_has_contacts_in_both_chambers_failed_attempts_and_an_escape()
     assert size < 20e6
 
 
-def test_the_pool_has_ten_trials_over_the_widths_and_was_analysed_by_this_software():
+def test_the_pool_has_trials_over_the_papers_widths_and_was_analysed_by_this_software():
     trials = [read_results(path) for path in sorted((BAGS / "pool").iterdir())]
     widths = [1e3 * trial.chambers[0].exit_width_m for trial in trials]
-    assert widths == pytest.approx([1.0, 3.0, 5.0, 3.0, 1.0, 3.0, 5.0, 3.0, 1.0, 3.0])
+    assert widths == pytest.approx([0.5, 5.0, 3.0, 1.0, 5.0, 0.5, 5.0, 3.0, 1.0, 5.0, 3.0, 3.0])
     size = sum(path.stat().st_size for path in (BAGS / "pool").rglob("*") if path.is_file())
     assert size < 5e6
 
 
-def test_the_pool_has_data_for_every_figure(tmp_path):
+TOLD_AT_EVERY_WIDTH = ("tau_h", "n_s", "success", "beta", "failures_without_contact")
+
+
+def test_the_pool_has_data_for_every_figure_and_every_number_of_the_paper(tmp_path):
     trials = [str(path) for path in sorted((BAGS / "pool").iterdir())]
     done = CliRunner().invoke(app, ["report", *trials, "--out", str(tmp_path / "pooled")])
     assert done.exit_code == 0, done.output
@@ -175,6 +179,13 @@ def test_the_pool_has_data_for_every_figure(tmp_path):
     drawn = re.findall(r'<figure id="([^"]+)"(?: class="([^"]*)")?>', page)
     assert len(drawn) > 10
     assert [name for name, kind in drawn if kind == "none"] == []
+    by_width = json.loads((tmp_path / "pooled" / "summary.json").read_text())["by_width"]
+    assert sorted(by_width) == ["0.5", "1", "3", "5"]
+    for width, told in by_width.items():
+        wanted = list(TOLD_AT_EVERY_WIDTH)
+        if width != "5":  # where the paper tells none
+            wanted.append("failures_touching_in_elongation")
+        assert [name for name in wanted if told[name]["value"] is None] == [], width
 
 
 def test_phases_of_the_stroke_told_in_the_pool_are_the_simulated_worms_own():
@@ -198,7 +209,7 @@ def test_phases_of_the_stroke_told_in_the_pool_are_the_simulated_worms_own():
             grows = stroke_grows(int(source["seed"]), deepest_s - 0.15)
             right += row["stroke_phase"] == ("elongation" if grows else "contraction")
     assert told > 30
-    assert told > 0.8 * failures
+    assert told > 0.7 * failures
     assert right > 0.95 * told
 
 

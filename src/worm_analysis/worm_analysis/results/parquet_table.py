@@ -90,19 +90,21 @@ class TableWriter:
         self._batches.clear()
 
 
-def table_writer(where: Any, schema: pa.Schema) -> pq.ParquetWriter:
+def table_writer(where: Any, schema: pa.Schema, *, compression_level: int = 1) -> pq.ParquetWriter:
     """Return a writer into a file or path that makes the same bytes of the same rows.
 
     Only words are written by a dictionary: numbers that hardly repeat take more room by one, and
     tens of MiB of memory while it is made. Nothing is lost by the encodings: whole numbers are
     written as steps, and of the others all first bytes come first, then all second ones, and so on,
-    as they repeat from row to row and the last ones do not.
+    as they repeat from row to row and the last ones do not. A higher level takes longer, and less
+    room where values are rounded.
     """
     words = [field.name for field in schema if pa.types.is_string(field.type)]
     return pq.ParquetWriter(
         where,
         schema,
         compression="zstd",
+        compression_level=compression_level,
         use_dictionary=words,
         column_encoding={
             field.name: "DELTA_BINARY_PACKED"

@@ -32,9 +32,18 @@ _OBSERVED = {
 }
 """Columns of the observables, from which field and by which factor."""
 
-TRACKED_STEPS, RADIAN_STEPS = 2.0**8, 2.0**12
-"""Parts of a mm and of a degree, and parts of a radian, that a rounded table counts in: 4 µm, and
-on the wall 2 µm, where the tracker's noise is 20 µm and more."""
+TRACKED_STEPS, YAW_STEPS = 2.0**8, 2.0**3
+"""Parts of a mm, and of a degree of the head's direction, that a rounded table of tracks counts in:
+it errs by 2 µm and 0.06° at most, where the tracker's noise is 20 µm and half a degree or more."""
+_OBSERVED_STEPS = {
+    "_mm": 2.0**5,
+    "_mm_s": 2.0**5,
+    "_deg": 2.0**2,
+    "_rad": 2.0**8,
+    "_rad_s": 2.0**6,
+}
+"""The same for the observables, by their units: they follow from the places, which are finer, and
+what is counted and fitted is not rounded."""
 
 _KINDS = {
     "stamp_ns": pa.int64(),
@@ -105,9 +114,8 @@ def observed_columns(found: Sequence[Observables], *, rounded: bool = False) -> 
     }
     if rounded:
         for name, values in columns.items():
-            columns[name] = in_whole_steps(
-                values, RADIAN_STEPS if "_rad" in name else TRACKED_STEPS
-            )
+            unit = max((end for end in _OBSERVED_STEPS if name.endswith(end)), key=len)
+            columns[name] = in_whole_steps(values, _OBSERVED_STEPS[unit])
     return columns | {"contact": [item.contact for item in found]}
 
 

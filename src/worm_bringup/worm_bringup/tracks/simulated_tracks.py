@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 import pyarrow as pa
 
-from worm_analysis.results.tracks import TRACKED_STEPS, in_whole_steps
+from worm_analysis.results.tracks import TRACKED_STEPS, YAW_STEPS, in_whole_steps
 from worm_model.simulator.body_width import tapered
 from worm_model.simulator.film import frame_stamp_ns
 from worm_model.simulator.rig.truth import HEAD_PART
@@ -43,14 +43,15 @@ _TRACK_COLUMNS = (
 
 
 def as_a_tracker_knows(table: pa.Table) -> pa.Table:
-    """Return the table with places, directions and lengths in 256ths of a mm and of a degree.
+    """Return the table with places and lengths in 256ths of a mm, directions in 8ths of a degree.
 
-    That is a tenth of what the tracker's noise is, and the table takes a quarter of the room. The
+    That is a tenth of what the tracker's noise is, and the table takes a sixth of the room. The
     steps are a power of two, so that they are exact, and later bits of a number are all 0.
     """
     for index, name in enumerate(table.column_names):
         if name in _TRACK_COLUMNS and name != "width_mm":
-            values = in_whole_steps(table.column(name).to_numpy(), TRACKED_STEPS)
+            steps = YAW_STEPS if name.endswith("_deg") else TRACKED_STEPS
+            values = in_whole_steps(table.column(name).to_numpy(), steps)
             table = table.set_column(index, name, pa.array(values))
     return table
 

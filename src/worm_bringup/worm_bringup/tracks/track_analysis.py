@@ -257,11 +257,16 @@ def _keypoints(placed: Placed, point: str) -> Iterator[Keypoint]:
     return map(Keypoint, *(column.tolist() for column in columns))
 
 
+_ROUNDED_COMPRESSION_LEVEL = 15
+"""Rounded tables are small, and kept in large numbers."""
+
+
 class TrackWriter:
     """Writes `tracks.parquet` by columns, some ten thousand rows at a time."""
 
     def __init__(self, path: Path, *, rounded: bool = False):
-        self._writer = table_writer(path, tracks.SCHEMA)
+        level = _ROUNDED_COMPRESSION_LEVEL if rounded else 1
+        self._writer = table_writer(path, tracks.SCHEMA, compression_level=level)
         self._rounded = rounded
 
     def write(
