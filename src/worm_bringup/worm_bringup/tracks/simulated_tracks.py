@@ -45,7 +45,7 @@ _TRACK_COLUMNS = (
 def as_a_tracker_knows(table: pa.Table) -> pa.Table:
     """Return the table with places and lengths in 256ths of a mm, directions in 8ths of a degree.
 
-    That is a tenth of what the tracker's noise is, and the table takes a sixth of the room. The
+    That is a tenth of what the tracker's noise is, and the table takes an eighth of the room. The
     steps are a power of two, so that they are exact, and later bits of a number are all 0.
     """
     for index, name in enumerate(table.column_names):
