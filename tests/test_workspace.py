@@ -179,7 +179,7 @@ def started(tmp_path):
 )
 def test_a_node_started_alone_without_what_it_needs_says_so(module, started):
     process = started(module)
-    _, said = process.communicate(timeout=60.0)
+    _, said = process.communicate(timeout=180.0)
     assert process.returncode == 2, said
     assert len(said.splitlines()) == 1, said
 
@@ -193,7 +193,7 @@ def test_a_node_started_alone_that_needs_nothing_waits_until_it_is_ended(module,
     while not catches_sigterm(process):
         assert process.poll() is None
     process.send_signal(signal.SIGTERM)
-    _, said = process.communicate(timeout=60.0)
+    _, said = process.communicate(timeout=180.0)
     assert process.returncode == 0, said
 
 

@@ -59,7 +59,7 @@ def worm(*arguments, **kwargs):
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=300,
         **kwargs,
     )
 

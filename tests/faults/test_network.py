@@ -51,7 +51,7 @@ def graph(how, folder, *prefix, **values):
         yield process
 
 
-def other_program(*prefix, seconds=10, **values):
+def other_program(*prefix, seconds=60, **values):
     """What a program with settings of its own hears of the states."""
     script = str(SUPPORT / "other_program.py")
     kind = "sensor_msgs.msg.JointState"

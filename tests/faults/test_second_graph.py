@@ -24,16 +24,16 @@ from std_srvs.srv import Trigger
 rclpy.init(args=[])
 node = Node("operator", start_parameter_services=False)
 client = node.create_client(Trigger, "/image_source/resume")
-assert client.wait_for_service(timeout_sec=20)
+assert client.wait_for_service(timeout_sec=60)
 answer = client.call_async(Trigger.Request())
-rclpy.spin_until_future_complete(node, answer, timeout_sec=20)
+rclpy.spin_until_future_complete(node, answer, timeout_sec=60)
 assert answer.result().success
 """
 
 
 def until_somebody_holds(domain, node):
     """Wait until a graph has a name; a second one that starts now must be refused."""
-    deadline_s = time.monotonic() + 30
+    deadline_s = time.monotonic() + 120
     while time.monotonic() < deadline_s:
         if claimed_name(domain, node) in Path("/proc/net/unix").read_text():
             return

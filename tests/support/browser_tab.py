@@ -16,7 +16,7 @@ NEEDS_CHROMIUM = [
     pytest.mark.xdist_group("browser"),
 ]
 WORM = [sys.executable, "-c", "from worm_bringup.cli.app import main; main()"]
-WAIT_MS = 60_000
+WAIT_MS = 180_000
 WINDOWS = [(1280, 800), (390, 844)]
 
 
@@ -41,7 +41,7 @@ def page_of(words, said_on, *, ends_by_itself):
         yield found.group()
         if not ends_by_itself:
             process.terminate()
-        said = process.communicate(timeout=120)[1]
+        said = process.communicate(timeout=300)[1]
         assert process.returncode == 0, said
     finally:
         process.kill()

@@ -252,7 +252,7 @@ def test_a_new_trial_begins_beside_the_one_that_ends(chromium, tmp_path):
         tab.until("() => Number(document.getElementById('stamp').innerText.split('frame')[1]) > 9")
         tab.page.close()
         process.send_signal(signal.SIGINT)
-        said = process.communicate(timeout=120)[1]
+        said = process.communicate(timeout=300)[1]
         assert process.returncode == 0, said
     finally:
         process.kill()

@@ -126,9 +126,9 @@ def test_the_end_may_come_before_the_last_pictures(bench, pictures):
 def swap_head(stand):
     """Call the service as an operator would; return its answer."""
     client = stand.node.create_client(Trigger, "/tracker/swap_head")
-    assert client.wait_for_service(timeout_sec=10.0)
+    assert client.wait_for_service(timeout_sec=60.0)
     future = client.call_async(Trigger.Request())
-    stand.executor.spin_until_future_complete(future, timeout_sec=10.0)
+    stand.executor.spin_until_future_complete(future, timeout_sec=60.0)
     drain(stand.executor)
     return future.result()
 

@@ -21,7 +21,7 @@ def replay(out, *more):
 
 def end(process):
     """Return what a replay has still to say, once it has ended."""
-    said = process.communicate(timeout=120)[1]
+    said = process.communicate(timeout=300)[1]
     return process.returncode, said
 
 

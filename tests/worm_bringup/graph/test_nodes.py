@@ -145,9 +145,9 @@ def test_the_service_of_ros_gives_the_reason(running, node):
             Parameter("windoww", value=1).to_parameter_msg(),
         ]
     )
-    assert client.wait_for_service(timeout_sec=10.0)
+    assert client.wait_for_service(timeout_sec=60.0)
     future = client.call_async(request)
-    executor.spin_until_future_complete(future, timeout_sec=10.0)
+    executor.spin_until_future_complete(future, timeout_sec=60.0)
     wrong, unknown = future.result().results
     assert wrong.reason == f"{declared.name} {declared.refusal(of_another_type(declared))}"
     assert "has no parameter 'windoww'" in unknown.reason

@@ -24,7 +24,7 @@ from worm_bringup.overlay.plain_numbers import SCHEMAS
 from worm_bringup.rig.rig_file import read_rig
 from worm_msgs_py.errors import BadInput
 
-LONG_S = 30.0
+LONG_S = 120.0
 SUBPROTOCOL = "foxglove.sdk.v1"
 
 

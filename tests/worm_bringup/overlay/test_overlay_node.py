@@ -17,7 +17,7 @@ from worm_msgs_py.colours import HEAD_COLOUR, WALL_COLOUR
 from worm_msgs_py.ros.qos import RESULT
 from worm_msgs_py.ros.worm_node import WormNode
 
-LONG_S = 30.0
+LONG_S = 120.0
 
 
 @pytest.fixture

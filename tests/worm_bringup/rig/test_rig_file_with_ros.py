@@ -32,8 +32,8 @@ RIG = """
   ros__parameters:
     camera: /dev/video0
 """
-WAIT_S = 60.0
-ASKED = 10
+WAIT_S = 180.0
+ASKED = 30
 """How often: DDS loses an answer to a client that the server has not discovered yet."""
 
 
