@@ -7,18 +7,24 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 from mjpeg_server import mjpeg_server
 from result_files import TABLES
 
-from worm_msgs_py.ros.running import finish_despite_signals, stop_on_signals
+from worm_msgs_py.ros.running import (
+    finish_despite_signals,
+    interrupted_by_signals,
+    stop_on_signals,
+)
 from worm_tracker.sources.bags.bag_reader import BagPictures
 
 LARVA = Path(__file__).parents[2] / "bags" / "larva"
 WORM = Path(sys.executable).with_name("worm")
 ENDING = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+LONG_S = 120.0
 DURING_THE_REPORT = """
 import os, select, sys
 from functools import partial
@@ -113,6 +119,62 @@ def test_a_second_signal_ends_what_hangs():
         to_myself(signal.SIGTERM)
         with pytest.raises(KeyboardInterrupt):
             to_myself(signal.SIGINT)
+
+
+class ForgetsWhatIsRaised:
+    """Sent a signal while it is finalised, where Python drops what the handler raises."""
+
+    def __init__(self, number):
+        self.number = number
+
+    def __del__(self):
+        to_myself(self.number)
+
+
+@pytest.mark.parametrize("number", ENDING)
+def test_a_signal_that_falls_into_a_finaliser_still_interrupts(capfd, number):
+    with interrupted_by_signals():
+        ForgetsWhatIsRaised(number)
+        with pytest.raises(KeyboardInterrupt):
+            threading.Event().wait(LONG_S)
+    assert capfd.readouterr().err == ""  # no traceback for people
+
+
+def test_the_end_of_the_time_that_a_report_is_given_is_heard_in_a_finaliser_too(capfd):
+    with finish_despite_signals(LONG_S):
+        to_myself(signal.SIGTERM)
+        ForgetsWhatIsRaised(signal.SIGALRM)
+        with pytest.raises(KeyboardInterrupt):
+            threading.Event().wait(LONG_S)
+    assert capfd.readouterr().err == ""
+
+
+def test_other_faults_of_finalisers_are_told_as_before(capfd):
+    class Fails:
+        def __del__(self):
+            raise ValueError("a fault of ours")
+
+    before = sys.unraisablehook
+    try:
+        sys.unraisablehook = sys.__unraisablehook__
+        with interrupted_by_signals():
+            Fails()
+    finally:
+        sys.unraisablehook = before
+    assert "a fault of ours" in capfd.readouterr().err
+
+
+def test_an_alarm_of_another_is_left_to_it():
+    heard = threading.Event()
+    before = signal.signal(signal.SIGALRM, lambda number, frame: heard.set())
+    timer = signal.setitimer(signal.ITIMER_REAL, 0.01)
+    try:
+        with interrupted_by_signals(), finish_despite_signals():
+            pass
+        assert heard.wait(LONG_S)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, *timer)
+        signal.signal(signal.SIGALRM, before)
 
 
 def replay_during_the_report(out, signals, word, report_s=600.0):

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from types import FrameType
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException
@@ -22,8 +22,13 @@ from worm_msgs_py.ros.parameter_files import files_of_a_rig
 from worm_msgs_py.ros.worm_node import refuse_unknown_parameters
 from worm_msgs_py.text import printable
 
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
 TICK_S = 0.1
 """No wait is longer than this, so that a signal or a service is heeded at once."""
+AGAIN_S = 0.01
+"""Seconds from a KeyboardInterrupt that Python dropped to the next: a callback is over by then."""
 
 AnyNode = TypeVar("AnyNode", bound=Node)
 
@@ -106,19 +111,11 @@ def finish_despite_signals(within_s: float = math.inf, *, told: bool = False) ->
             signal.setitimer(signal.ITIMER_REAL, within_s)
         seen = True
 
-    def on_alarm(number: int, frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGALRM, on_alarm)
-    try:
-        with _handling(on_signal):
-            yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+    with _until_it_is_heard(), _handling(on_signal):
+        yield
 
 
 @contextmanager
@@ -128,8 +125,38 @@ def interrupted_by_signals() -> Iterator[None]:
     def on_signal(number: int, frame: FrameType | None) -> None:
         raise KeyboardInterrupt
 
-    with _handling(on_signal):
+    with _until_it_is_heard(), _handling(on_signal):
         yield
+
+
+@contextmanager
+def _until_it_is_heard() -> Iterator[None]:
+    """Raise KeyboardInterrupt at SIGALRM, and anew where Python has dropped it.
+
+    What is raised in a finaliser or a weak reference's callback, where a signal may fall, is told
+    on stderr and forgotten; the program would go on as if nobody had asked it to end.
+    """
+    told = sys.unraisablehook
+
+    def on_alarm(number: int, frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    def anew(dropped: "UnraisableHookArgs") -> None:
+        if issubclass(dropped.exc_type, KeyboardInterrupt):
+            signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+        else:
+            told(dropped)
+
+    timer = signal.setitimer(signal.ITIMER_REAL, 0.0)
+    before = signal.signal(signal.SIGALRM, on_alarm)
+    sys.unraisablehook = anew
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        sys.unraisablehook = told
+        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_REAL, *timer)
 
 
 @contextmanager
