@@ -139,6 +139,7 @@ def queue_of(*observations, hold_back_frames=256):
         hold_back_frames,
         np.nan,
         most_frames_for_body=TRACKER.most_frames_for_body,
+        agreement=TRACKER.agreement,
     )
     for frame, observation in enumerate(observations):
         queue.push(PendingFrame(frame, frame * FRAME_NS, observation, None))
@@ -180,7 +181,7 @@ def test_a_coil_that_is_only_followed_backwards_carries_the_order_on_but_tells_n
     queue = queue_of(coil(), coil(), midline())
     (run,) = queue.coils()
     coil_before_opening = run.frames[-1]
-    followed = midline()
+    followed = midline(over_limits=2.0)
     back = [Observation(Status.COILED, followed=followed), midline()]
     queue.go_back(lambda opened, detections: iter(back))
     told = queue.finish()
@@ -200,13 +201,48 @@ def test_a_coil_that_is_only_followed_backwards_carries_the_order_on_but_tells_n
 def test_a_way_back_with_a_hidden_end_stops_where_the_body_was_followed_elsewhere(
     away_widths, explains, way_back, told_frames
 ):
-    elsewhere = midline(explains=explains)
+    elsewhere = midline(over_limits=0.0 if explains else 2.0)
     elsewhere = replace(elsewhere, points=LINE + np.array([0.0, away_widths * WIDTH]))
     queue = queue_of(coil(), coil(followed=elsewhere), coil(), midline())
     status = Status.TRACKED if way_back == "told" else Status.END_HIDDEN
     queue.go_back(Back(status))
     told = [one.state.frame for one in queue.finish() if one.state.status is not Status.COILED]
     assert told == told_frames
+
+
+FOLLOWED = replace(midline(seen_end_sd_px=(0.0, 0.1 * WIDTH)), status=Status.END_HIDDEN)
+"""A body that was followed, whose end lies on it."""
+
+
+@pytest.mark.parametrize(
+    ("apart_widths", "doubt", "is_told"),
+    [
+        pytest.param(0.2, {}, True, id="the same body"),
+        pytest.param(0.4, {}, False, id="another one"),
+        pytest.param(0.2, {"over_limits": 1.5}, False, id="something is left over"),
+        pytest.param(0.2, {"loops_known": False}, False, id="both ways may go wrong alike"),
+        pytest.param(0.2, {"seen_end_sd_px": (0.0, 0.6 * WIDTH)}, False, id="no end is seen"),
+    ],
+)
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("doubted_way", ["there", "back"])
+def test_a_body_that_both_ways_through_a_fold_came_to_is_told(
+    apart_widths, doubt, is_told, turned, doubted_way
+):
+    aside = np.array([0.0, apart_widths * WIDTH])
+    there, back = FOLLOWED, replace(FOLLOWED, points=LINE + aside)
+    there, back = (
+        replace(way, **doubt) if name == doubted_way else way
+        for name, way in (("there", there), ("back", back))
+    )
+    back = back.reversed() if turned else back
+    queue = queue_of(coil(followed=there), midline())
+    queue.go_back(lambda opened, detections: iter([coil(followed=back)]))
+    first, _ = queue.finish()
+    assert first.state.status is (Status.FOLDED if is_told else Status.COILED)
+    if is_told:
+        line = np.stack([first.midline.u_px, first.midline.v_px], axis=1)
+        assert line == pytest.approx(LINE + aside / 2)
 
 
 class Back:

@@ -12,6 +12,7 @@ from worm_tracker.frame_state import PendingFrame
 from worm_tracker.head_tail.identity import ExchangeKind, HeadTail, HeadTailSettings
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
+from worm_tracker.propagation.opening import AgreementSettings
 from worm_tracker.tracker import Tracker
 from worm_tracker.worm_track import WormTrack
 
@@ -149,7 +150,14 @@ def test_a_head_in_the_passage_comes_from_the_chamber_that_the_corrected_head_wa
 
     def frame_ids(corrections):
         head_tail = HeadTail(WormTrack(), HeadTailSettings())
-        queue = FrameQueue(head_tail, 0, np.nan, corrections, most_frames_for_body=0)
+        queue = FrameQueue(
+            head_tail,
+            0,
+            np.nan,
+            corrections,
+            most_frames_for_body=0,
+            agreement=AgreementSettings(),
+        )
         for frame, (first_u, last_u) in enumerate([(60, 440), (240, 260)]):
             line = np.stack([np.linspace(first_u, last_u, 121), np.full(121, 100.0)], axis=1)
             widths = np.full(121, 12.0)

@@ -133,6 +133,7 @@ class Follower:
         observation, propagated = self._observe(detection)
         points = observation.points if observation.has_midline else None
         self._track.see(detection.blob, points, propagated)
+        observation = observation.on_path(self._track.bodies.path_number)
         if points is not None and detection.occlusion is not None:
             return self._with_occlusion(observation, detection.occlusion)
         if observation.status is Status.COILED or any(observation.occluded):

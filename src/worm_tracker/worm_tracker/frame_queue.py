@@ -2,8 +2,8 @@
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from math import ceil, inf
+from dataclasses import dataclass
+from math import ceil
 
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.status import Status
@@ -19,6 +19,7 @@ from worm_tracker.head_tail.identity import (
 )
 from worm_tracker.head_tail.link import LinkDecision
 from worm_tracker.observation import Observation
+from worm_tracker.propagation.opening import AgreementSettings, told_of_fold
 
 PropagateBack = Callable[[Observation, Sequence[Detection]], Iterator[Observation]]
 """What a frame that shows the body tells of the pictures before it, the latest first."""
@@ -59,12 +60,14 @@ class _WayBack:
         Those that are left to go through.
     told : deque of iterator of Observation
         What is told of each.
+    agreement : AgreementSettings
     """
 
     opened: int
     propagate_back: PropagateBack
     runs: deque[Coils]
     told: deque[Iterator[Observation]]
+    agreement: AgreementSettings
 
     def step(self) -> bool:
         """Go back by one frame; False where the way is over."""
@@ -76,7 +79,9 @@ class _WayBack:
                 if followed is not None and not is_told and followed.contradicts(observation):
                     self.runs[0].frames.clear()  # one was lost, and nothing tells which
                 else:
-                    _learn_from_opening(pending, observation)
+                    pending.observation = told_of_fold(
+                        pending.observation, observation, self.agreement
+                    )
                 return True
             self.runs.popleft()
             self.told.popleft()
@@ -96,6 +101,7 @@ class FrameQueue:
     corrections : sequence of Correction
         Whose frames leave with head and tail exchanged.
     most_frames_for_body : int
+    agreement : AgreementSettings
         See `TrackerSettings`.
 
     Attributes
@@ -114,10 +120,12 @@ class FrameQueue:
         corrections: Sequence[Correction] = (),
         *,
         most_frames_for_body: int,
+        agreement: AgreementSettings,
     ) -> None:
         self._head_tail = head_tail
         self._most_frames_for_body = min(hold_back_frames, most_frames_for_body)
         self._corrections = corrections
+        self._agreement = agreement
         self._hold_back_frames = hold_back_frames
         self._px_per_mm = px_per_mm
         self._waiting: deque[PendingFrame] = deque()
@@ -282,7 +290,7 @@ class FrameQueue:
         if opened is not None:
             runs = deque(self.coils())
             told = deque(propagate_back(run.opened, run.detections) for run in runs)
-            self._way_back = _WayBack(opened.frame, propagate_back, runs, told)
+            self._way_back = _WayBack(opened.frame, propagate_back, runs, told, self._agreement)
 
     def _arrive(self, way: _WayBack) -> None:
         """Link what a way back has told, and begin the next where a fold has opened meanwhile."""
@@ -305,6 +313,7 @@ class FrameQueue:
         if pending.observation.has_midline:
             linked = self._head_tail.push(pending.observation)
             pending.observation, pending.reliability = linked.observation, linked.reliability
+            self._pass_over(linked.frames_passed)
             if linked.decision is not None:
                 self._revise(linked.decision)
         elif pending.observation.followed is not None:
@@ -312,6 +321,11 @@ class FrameQueue:
         else:
             self._head_tail.miss()
         self._linked.append(pending)
+
+    def _pass_over(self, frames: int) -> None:
+        """Let no doubt of the last frames' links count: what comes is linked to those before."""
+        for k in range(max(len(self._linked) - frames, 0), len(self._linked)):
+            self._linked[k].reliability = 1.0
 
     def _revise(self, decision: LinkDecision) -> None:
         """Revise a link that was in doubt, as far as its frames wait: those given stay as told."""
@@ -354,22 +368,3 @@ class FrameQueue:
         self._home = tracked.state.frame_id
         self.statuses[pending.observation.status] += 1
         return tracked
-
-
-def _learn_from_opening(pending: PendingFrame, observation: Observation) -> None:
-    """Take what the frame that opens a coil tells of it.
-
-    Where a coil was followed into, with an end hidden, the surer of both midlines is kept. Where
-    neither tells a midline, which end is which is carried on as the later frame has it: a worm that
-    opens shows how it lay.
-    """
-    told = pending.observation
-    if observation.has_midline and max(observation.end_sd_px) < _end_sd(told):
-        pending.observation = observation
-    elif not told.has_midline and observation.followed is not None:
-        pending.observation = replace(told, followed=observation.followed)
-
-
-def _end_sd(observation: Observation) -> float:
-    """Return how unsure the less sure end of a midline is, pixels; infinity without a midline."""
-    return max(observation.end_sd_px) if observation.has_midline else inf

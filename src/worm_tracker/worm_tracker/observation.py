@@ -30,6 +30,11 @@ class Observation:
         How the first half of an open body differs in width and darkness from the last one.
     end_sd_px : tuple of float
         How surely the ends of a folded body are where they are said to be, pixels.
+    seen_end_sd_px : tuple of float
+        The same by what is seen of them and their way alone: how well the worm keeps its length,
+        which is all that tells an end on a body of one shade, is not counted.
+    loops_known : bool
+        Whether it is known which way round the loops of a folded body are passed.
     unresolved : Detection or None
         Where the body is coiled, or folded with a hidden end: what a later frame needs to tell how
         it lay.
@@ -38,11 +43,14 @@ class Observation:
     followed : Observation or None
         Where the body was followed into a coil, but does not explain all of it: how it may lie.
         Not told, but which end is which is carried on by it.
-    explains : bool
-        Whether what its midline leaves over of the object is within limits.
+    over_limits : float
+        What its midline leaves over of the object, over what it may.
     turned_round : bool
         Whether its body was followed the wrong way round until now: its ends are not those of the
         picture before.
+    path_number : int
+        Of the path that the body is slid along, from 1 on; 0 where it is not. Midlines of one path
+        have the same order of the ends, however near to itself the body lies.
     """
 
     status: Status
@@ -55,11 +63,14 @@ class Observation:
     occluded: tuple[int, int] = (0, 0)
     appearance: Floats | None = None
     end_sd_px: tuple[float, float] = (0.0, 0.0)
+    seen_end_sd_px: tuple[float, float] = (0.0, 0.0)
+    loops_known: bool = True
     unresolved: Detection | None = None
     kept: Detection | None = None
     followed: "Observation | None" = None
-    explains: bool = True
+    over_limits: float = 0.0
     turned_round: bool = False
+    path_number: int = 0
 
     @property
     def has_midline(self) -> bool:
@@ -67,9 +78,19 @@ class Observation:
         return len(self.points) > 0
 
     @property
+    def explains(self) -> bool:
+        """Whether what its midline leaves over of the object is within limits."""
+        return self.over_limits <= 1
+
+    @property
     def seen(self) -> Detection | None:
         """What was kept of its picture, for whatever reason."""
         return self.unresolved or self.kept
+
+    def on_path(self, number: int) -> "Observation":
+        """Return the observation, and what was followed in it, with the number of its path."""
+        followed = self.followed and replace(self.followed, path_number=number)
+        return replace(self, path_number=number, followed=followed)
 
     def contradicts(self, other: "Observation") -> bool:
         """Tell whether both explain a picture, but at most one is right to a width."""
@@ -91,5 +112,6 @@ class Observation:
             widths=self.widths[::-1],
             occluded=self.occluded[::-1],
             end_sd_px=self.end_sd_px[::-1],
+            seen_end_sd_px=self.seen_end_sd_px[::-1],
             appearance=None if self.appearance is None else -self.appearance,
         )

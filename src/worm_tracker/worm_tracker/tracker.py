@@ -29,6 +29,7 @@ from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail, He
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.polarity import dark_on_bright
+from worm_tracker.propagation.opening import AgreementSettings
 from worm_tracker.worm_track import WormTrack
 
 
@@ -46,6 +47,8 @@ class TrackerSettings:
     frames_back_per_frame: int = 1
     """Once a worm opens, its fold is gone back through by so many frames with every new one: what
     that takes fits beside a new frame of 30 a second, and a live trial skips none for it."""
+    agreement: AgreementSettings = field(default_factory=AgreementSettings)
+    """When the way into a fold and the way back out of it confirm each other."""
     least_picture_side_px: int = 16
     """A smaller picture holds no worm."""
     check_stride_px: int = 32
@@ -118,6 +121,7 @@ class Tracker:
             parameters.px_per_mm,
             self._corrections,
             most_frames_for_body=settings.most_frames_for_body,
+            agreement=settings.agreement,
         )
         self._advice = FailureAdvice(parameters)
         self.changes: list[GeometryChange] = []

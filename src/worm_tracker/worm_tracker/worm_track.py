@@ -41,6 +41,8 @@ class PropagatedBody:
         meanwhile.
     turned_round : bool
         Whether it was followed the wrong way round until now.
+    was_slid : bool
+        Whether it was slid along itself from the picture before, so that its ends are those there.
     """
 
     path: BodyPath
@@ -53,6 +55,7 @@ class PropagatedBody:
     loops_known: bool = True
     frames_unexplained: int = 0
     turned_round: bool = False
+    was_slid: bool = False
 
     @property
     def points(self) -> Floats:
@@ -75,11 +78,14 @@ class LastBodies:
         In the last picture and in that before it; None where the body could not be followed.
     propagated : PropagatedBody or None
         The last one, where it was propagated.
+    path_number : int
+        How often a body was found otherwise than by sliding the last one along itself.
     """
 
     last: Floats | None = None
     before: Floats | None = None
     propagated: PropagatedBody | None = None
+    path_number: int = 0
 
     @property
     def is_unexplained(self) -> bool:
@@ -88,7 +94,9 @@ class LastBodies:
 
     def then(self, points: Floats | None, propagated: PropagatedBody | None) -> "LastBodies":
         """Return the last two pictures' midlines, one picture later."""
-        return LastBodies(points, self.last, propagated)
+        goes_on = propagated is not None and propagated.was_slid
+        number = self.path_number + (not goes_on)
+        return LastBodies(points, self.last, propagated, number)
 
     def to_propagate(self, last: Floats, width: float, expected_agreement: float) -> PropagatedBody:
         """Return the last body as one that can be propagated.
@@ -115,7 +123,7 @@ class LastBodies:
         propagated = self.propagated
         if propagated is not None:
             propagated = replace(propagated, path=propagated.path.transformed(motion))
-        return LastBodies(last, before, propagated)
+        return LastBodies(last, before, propagated, self.path_number)
 
 
 class WormTrack:

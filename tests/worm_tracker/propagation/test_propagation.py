@@ -14,7 +14,6 @@ from worm_model.evaluation.distances import as_given_rms, resampled
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
 from worm_tracker.follower import Follower, FollowerSettings
-from worm_tracker.head_tail.link import Chain, LinkSettings
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import (
     BodyResidualSettings,
@@ -266,16 +265,12 @@ def test_a_body_as_wide_at_both_ends_is_not_turned_round():
     assert not search.turned_round(search.scored(path, even)).turned_round
 
 
-def test_ends_are_not_linked_over_a_body_that_was_turned_round():
-    path = kinked_loop(2.5, 15.0)
-    search = search_after(path, 15.0, 1, loops_known=True)
-    first = observation_of(search.body, search.model, 0.95, PropagationSettings())
-    chain = Chain(WormTrack(), LinkSettings())
-    chain.push(first)
-    assert chain.push(first).reliability > 0.99
-    again = replace(search.body, turned_round=True)
-    turned = observation_of(again, search.model, 0.95, PropagationSettings())
-    assert chain.push(turned).reliability == 0.5
+def test_a_body_that_leaves_something_over_either_way_is_not_turned_round():
+    search, path = tapered_body(turned=True)
+    mask = search.seen.mask.copy()
+    mask[20:40, 20:40] = 255  # something that lies elsewhere
+    search = replace(search, seen=ObjectMasks(mask, None, 12.0, search.settings.residual))
+    assert not search.turned_round(search.scored(path, search.model.widths)).turned_round
 
 
 @pytest.mark.parametrize(

@@ -118,6 +118,22 @@ class _Doubt:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class _Appearance:
+    """How the ends differ: in the chain's order, and in that of the head while it was certain."""
+
+    body: AppearanceModel
+    head: AppearanceModel
+
+    @classmethod
+    def unknown(cls, settings: AppearanceSettings) -> "_Appearance":
+        return cls(AppearanceModel(settings), AppearanceModel(settings))
+
+    def updated(self, difference: Floats, head_first: Floats | None) -> "_Appearance":
+        head = self.head if head_first is None else self.head.updated(head_first)
+        return _Appearance(self.body.updated(difference), head)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class _Activity:
     """How far each end swings sideways, squared pixels a frame, over the last frames."""
 
@@ -157,9 +173,9 @@ class HeadTail:
         self._chain = Chain(track, settings.link)
         self._motion = 0.0
         self._activity = _Activity()
-        self._body_appearance = AppearanceModel(settings.appearance)
-        self._head_appearance = AppearanceModel(settings.appearance)
+        self._appearance = _Appearance.unknown(settings.appearance)
         self._doubt: _Doubt | None = None
+        self._when_explained: tuple[float, _Doubt | None] = 0.0, None
         self._decided = 0
         self._corrected = False
         self.swaps = 0
@@ -182,11 +198,11 @@ class HeadTail:
     @property
     def _from_appearance(self) -> float:
         """Log odds from the appearance of the head while it was certain."""
-        few = self._body_appearance.frames < self._settings.deciding_frames
+        few = self._appearance.body.frames < self._settings.deciding_frames
         if self._corrected or self._doubt is not None or few:
             return 0.0
         most = self._settings.most_appearance_log_odds
-        return min(max(self._head_appearance.log_odds(self._body_appearance.mean), -most), most)
+        return min(max(self._appearance.head.log_odds(self._appearance.body.mean), -most), most)
 
     @property
     def begun(self) -> bool:
@@ -245,17 +261,21 @@ class HeadTail:
 
     def _link(self, observation: Observation) -> Link:
         """Join a midline, and take the belief over the link."""
+        if self._chain.is_explained:
+            self._when_explained = self._motion, self._doubt
         link = self._chain.push(observation)
         if link.is_new_body and not self._corrected:
             self._forget()
+        if link.frames_passed and not self._corrected:
+            self._motion, doubt = self._when_explained
+            self._doubt = doubt and replace(doubt, frames=doubt.frames + link.frames_passed)
         self._cross(link.reliability)
         return link
 
     def _forget(self) -> None:
         """Forget what was held to be the head's looks and motion: it was not of this body."""
         self._motion, self._doubt, self._activity = 0.0, None, _Activity()
-        self._body_appearance = AppearanceModel(self._settings.appearance)
-        self._head_appearance = AppearanceModel(self._settings.appearance)
+        self._appearance = _Appearance.unknown(self._settings.appearance)
 
     def _cross(self, reliability: float) -> None:
         """Take the belief over a link."""
@@ -270,16 +290,15 @@ class HeadTail:
         """Remember the ends' appearance, or tell by it which way round a link in doubt was."""
         settings, doubt = self._settings, self._doubt
         if doubt is None:
-            self._body_appearance = self._body_appearance.updated(appearance)
             belief = self._from_motion
-            if abs(belief) >= settings.certain_log_odds:
-                head = appearance if belief > 0 else -appearance
-                self._head_appearance = self._head_appearance.updated(head)
+            is_certain = abs(belief) >= settings.certain_log_odds
+            head = (appearance if belief > 0 else -appearance) if is_certain else None
+            self._appearance = self._appearance.updated(appearance, head)
             return None
         doubt = replace(
             doubt, appearance=doubt.appearance + appearance, frames_seen=doubt.frames_seen + 1
         )
-        same = doubt.same + self._body_appearance.log_odds(doubt.appearance / doubt.frames_seen)
+        same = doubt.same + self._appearance.body.log_odds(doubt.appearance / doubt.frames_seen)
         self._motion = self._bounded(diluted(doubt.before, 1 / (1 + exp(-same))) + doubt.since)
         self._doubt = doubt
         if doubt.frames_seen < settings.deciding_frames:

@@ -1,6 +1,6 @@
 """Links midlines from frame to frame: which end is which, how surely, and how the body moved."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import exp
 
 import numpy as np
@@ -34,6 +34,11 @@ class LinkSettings:
     """A body that explains the picture less well does not tell where the ends are."""
     slid_below_reliability: float = 0.9999
     """A link less reliable than this is looked at again, the body slid along itself."""
+    same_path_reliability: float = 0.9999
+    """How surely a body that was slid along itself has kept its ends."""
+    turned_reliability: float = 0.98
+    """How surely the widths of a body that was followed the wrong way round tell which of its ends
+    is which: they explain the picture one way round, and by far not the other."""
     most_frames_of_motion: int = 3
     """Frames between two midlines beyond which their difference is no motion."""
     body: BodyModelSettings = field(default_factory=BodyModelSettings)
@@ -90,6 +95,8 @@ class Link:
         Whether the body has been learned anew since: what was held to be the worm was not.
     decision : LinkDecision or None
         On an earlier link, where this frame's appearance has decided it.
+    frames_passed : int
+        How many frames before it are passed over: it leads to the one before these.
     """
 
     observation: Observation
@@ -97,6 +104,44 @@ class Link:
     motion: BodyMotion | None
     is_new_body: bool = False
     decision: LinkDecision | None = None
+    frames_passed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class _Order:
+    """How the order in which midlines come, that of the body model, is to the chain's.
+
+    Attributes
+    ----------
+    is_reversed : bool
+        Whether the last midline had to be turned round.
+    was_reversed : bool
+        The same of the last one that explained its picture.
+    path_number : int
+        Of the last one.
+    frames_unexplained : int
+        Since one explained its picture.
+    """
+
+    is_reversed: bool = False
+    was_reversed: bool = False
+    path_number: int = 0
+    frames_unexplained: int = 0
+
+    def then(self, observation: Observation, is_reversed: bool) -> "_Order":
+        """Return the order after one midline more."""
+        number = observation.path_number
+        if observation.explains:
+            return _Order(is_reversed, is_reversed, number)
+        return _Order(is_reversed, self.was_reversed, number, self.frames_unexplained + 1)
+
+    def missed(self) -> "_Order":
+        """Return the order after a frame without a midline."""
+        return replace(self, path_number=0, frames_unexplained=self.frames_unexplained + 1)
+
+    def reversed(self) -> "_Order":
+        """Return the order where the chain is turned round."""
+        return replace(self, is_reversed=not self.is_reversed, was_reversed=not self.was_reversed)
 
 
 class Chain:
@@ -106,6 +151,12 @@ class Chain:
     ----------
     track : WormTrack
     settings : LinkSettings
+
+    Notes
+    -----
+    Midlines come in the order of the body model, whose widths tell the ends apart, save where a
+    fold was followed the wrong way round. That order and the chain's are the same or opposite;
+    where it is found again, it tells more than where the body was.
     """
 
     def __init__(self, track: WormTrack, settings: LinkSettings) -> None:
@@ -116,20 +167,28 @@ class Chain:
         self._frames_unsure = 0
         self._mean_step = 0.0
         self._forward = 0.0
+        self._order = _Order()
 
     @property
     def begun(self) -> bool:
         """Whether there is a body to speak of."""
         return self._track.linked is not None
 
+    @property
+    def is_explained(self) -> bool:
+        """Whether the last frame has a midline that explains it."""
+        return not self._order.frames_unexplained
+
     def miss(self) -> None:
         """Note a frame without a midline: the next link is less sure."""
         self._gap += 1
+        self._order = self._order.missed()
 
     def reverse(self) -> None:
         """Turn the last midline round: it was linked the wrong way."""
         if self._track.linked is not None:
             self._track.link(self._track.linked[::-1])
+            self._order = self._order.reversed()
 
     def push(self, observation: Observation) -> Link:
         """Link the next midline, which may be either way round."""
@@ -137,16 +196,27 @@ class Chain:
         if last is None:
             self._track.link(observation.points)
             self._bodies_begun = self._track.bodies_begun
+            self._order = _Order().then(observation, is_reversed=False)
             return Link(observation, 1.0, None)
         straight = _mean_distance(observation.points, last)
         turned = _mean_distance(observation.points[::-1], last)
-        if turned < straight:
+        order = self._order
+        same_path = order.path_number == observation.path_number > 0 and self._gap == 1
+        is_reversed = turned < straight
+        if observation.turned_round:
+            is_reversed = order.was_reversed
+        elif same_path:
+            is_reversed = order.is_reversed
+        self._order = order.then(observation, is_reversed)
+        if is_reversed:
             observation = observation.reversed()
         points, width = observation.points, observation.width
         near, far = sorted((straight, turned))
         reliability = self._reliability(points, last, width, near, far)
         if self._is_leap(points, last, width):
             reliability = min(reliability, self._settings.leap_reliability)
+        elif same_path:
+            reliability = max(reliability, self._settings.same_path_reliability)
         motion = self._motion(points, last)
         if any(observation.end_sd_px):
             motion = None  # a body that lies on itself hides how its parts move
@@ -156,8 +226,13 @@ class Chain:
         self._track.link(points)
         new_body = self._track.bodies_begun != self._bodies_begun
         self._bodies_begun = self._track.bodies_begun
-        unlinked = new_body or observation.turned_round
-        return Link(observation, 0.5 if unlinked else reliability, motion, new_body)
+        passed = 0
+        if observation.turned_round:
+            motion, reliability = None, self._settings.turned_reliability
+            passed = order.frames_unexplained
+        if new_body:
+            return Link(observation, 0.5, motion, new_body)
+        return Link(observation, reliability, motion, frames_passed=passed)
 
     def _reliability(
         self, points: Floats, last: Floats, width: float, near: float, far: float

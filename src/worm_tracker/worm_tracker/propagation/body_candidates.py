@@ -217,11 +217,11 @@ class CandidateSearch:
         In a fold an end may have been taken for the other one: what is slid on from there lies
         right, and is drawn with its tail as wide as a head.
         """
-        least = self.settings.least_turned_over_limits
-        if found is None or self.over_limits(found) < least:
+        settings = self.settings
+        if found is None or self.over_limits(found) < settings.least_turned_over_limits:
             return found
         turned = self.scored(found.path.turned_round(), self.model.widths)
-        if self.over_limits(turned) > 1:
+        if self.over_limits(turned) > settings.most_turned_over_limits:
             return found
         was_wrong = is_nearer_reversed(turned.path.points, self.last.points)
         return replace(turned, end_sd_px=found.end_sd_px[::-1], turned_round=was_wrong)

@@ -4,6 +4,7 @@ A body is slid along itself into the picture; where that does not explain the ob
 body is fitted.
 """
 
+from dataclasses import replace
 from math import ceil, log
 
 import cv2
@@ -68,7 +69,7 @@ def propagate(
         poor = slid.agreement < last.expected_agreement - settings.most_agreement_lost_unsure
         followed = over < settings.lost_over_limits and not poor and contour_body is None
         if sound or followed:
-            return scene.in_picture(slid)
+            return replace(scene.in_picture(slid), was_slid=frames == 1 and not slid.turned_round)
     starts = [scene.last.points]
     if before is not None:
         starts.append(2 * last.points - before - as_points(np.array([scene.origin])))
@@ -125,7 +126,9 @@ def observation_of(
         model.half_height_width,
         occluded=(min(first, len(body.points)), min(last, len(body.points))),
         end_sd_px=end_sd_px,
-        explains=body.over_limits <= 1,
+        seen_end_sd_px=body.end_sd_px,
+        loops_known=body.loops_known,
+        over_limits=body.over_limits,
         turned_round=body.turned_round,
     )
 

@@ -51,6 +51,9 @@ class PropagationSettings:
     least_turned_over_limits: float = 2.5
     """How many times what may be left over is left where a body is tried the other way round: ends
     that differ little do not tell it."""
+    most_turned_over_limits: float = 0.35
+    """How many times what may be left over it may then leave: one that explains the object just so
+    may have been turned by another fault."""
     lost_over_limits: float = 6.0
     """How many times what may be left over is left where a body is lost, and others are tried: each
     takes long."""

@@ -1,0 +1,105 @@
+"""What is told of a frame within a fold, once one after it shows how the body lay.
+
+The body was followed into the fold, and back from the frame that opens it: two ways that come from
+elsewhere and see the same picture.
+"""
+
+from dataclasses import dataclass, replace
+from math import inf
+
+import numpy as np
+
+from worm_msgs_py.contract.status import Status
+from worm_tracker.observation import Observation
+
+
+@dataclass(frozen=True, slots=True)
+class AgreementSettings:
+    """When two ways of following a body confirm each other: forwards, and back from a later frame.
+
+    Of 255 midlines that did, in twenty-four films of six worms that fold, none was more than a
+    width off; of those up to half a width apart 2 of 287 were, and of those whose ends were less
+    sure, up to 0.55 widths, 10 of 59.
+    """
+
+    most_apart_widths: float = 0.3
+    most_end_sd_widths: float = 0.42
+    """How far apart any of their points may be, and how unsure an end may be by what is seen."""
+
+
+def told_of_fold(
+    there: Observation, back: Observation, agreement: AgreementSettings
+) -> Observation:
+    """Return what is told of a frame within a fold.
+
+    Where the body that was followed into it is the one that the later frame tells of, it is told.
+    Else, of a fold that was followed into with an end hidden, the surer of both midlines is kept.
+    Where neither tells a midline, which end is which is carried on as the later frame has it: a
+    worm that opens shows how it lay.
+
+    Parameters
+    ----------
+    there, back : Observation
+        What is known of it on the way into the fold, and on the way back.
+    agreement : AgreementSettings
+    """
+    confirmed = _confirmed(_followed(there), _followed(back), agreement)
+    if confirmed is not None:
+        return confirmed
+    if back.has_midline and max(back.end_sd_px) < _end_sd(there):
+        return back
+    if not there.has_midline and back.followed is not None:
+        return replace(there, followed=back.followed)
+    return there
+
+
+def _followed(observation: Observation) -> Observation | None:
+    """Return what has an observation's midline, told or only followed; None without one."""
+    return observation if observation.has_midline else observation.followed
+
+
+def _confirmed(
+    there: Observation | None, back: Observation | None, settings: AgreementSettings
+) -> Observation | None:
+    """Return the body that both ways agree on; None where they do not.
+
+    It lies midway between both: where an end lies on the body they err apart.
+    """
+    if there is None or back is None:
+        return None
+    for way in (back, back.reversed()):
+        if _confirm_each_other(there, way, settings):
+            is_open = Status.TRACKED in (there.status, way.status)
+            sds = zip(there.seen_end_sd_px, way.seen_end_sd_px, strict=True)
+            first, last = (min(both) for both in sds)
+            return replace(
+                there,
+                status=Status.TRACKED if is_open else Status.FOLDED,
+                points=(there.points + way.points) / 2,
+                confidence=(there.confidence + way.confidence) / 2,
+                occluded=(0, 0),
+                end_sd_px=(first, last),
+                unresolved=None,
+            )
+    return None
+
+
+def _confirm_each_other(one: Observation, other: Observation, settings: AgreementSettings) -> bool:
+    """Tell whether two bodies are the same one, so that both are right.
+
+    Each of them explains the picture. What is in doubt of a body that was followed for long (a
+    strand that it may have changed over to, an end that lies on the body) would have led the
+    other, which comes from elsewhere, to another place. Which way round a loop is passed is not
+    told so: both take the straighter way.
+    """
+    for each in (one, other):
+        unsure = max(each.seen_end_sd_px) > settings.most_end_sd_widths * each.width
+        if unsure or not (each.has_midline and each.explains and each.loops_known):
+            return False
+    apart = float(np.hypot(*(one.points - other.points).T).max())
+    return apart < settings.most_apart_widths * one.width
+
+
+def _end_sd(observation: Observation) -> float:
+    """Return how unsure the less sure end of a midline is, pixels; infinity without a midline."""
+    return max(observation.end_sd_px) if observation.has_midline else inf

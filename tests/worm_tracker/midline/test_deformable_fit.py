@@ -1,0 +1,39 @@
+"""A deformable body is fitted to an object; what the fit sums up is what its definition says."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from worm_tracker.midline.body_residual import BodyResidualSettings, strands
+from worm_tracker.midline.curve import TRACKED_POINTS, length_of
+from worm_tracker.midline.deformable_fit import BodyFitSettings, _normal_equations, fit_body
+
+WIDTH = 16.0
+
+
+@given(seed=st.integers(0, 2**32 - 1), pixels=st.integers(0, 300))
+def test_sums_over_nodes_are_those_over_pixels(seed, pixels):
+    rng = np.random.default_rng(seed)
+    nodes, values = 193, 12
+    moves = rng.normal(size=(nodes, 2, values))
+    nearest = rng.integers(0, nodes, pixels)
+    pull, residual = rng.normal(size=(pixels, 2)), rng.normal(size=pixels)
+    jacobian = np.einsum("pk,pkv->pv", pull, moves[nearest])
+    matrix, gradient = _normal_equations(moves, nearest, pull, residual)
+    assert_allclose(matrix, jacobian.T @ jacobian, atol=1e-9)
+    assert_allclose(gradient, jacobian.T @ residual, atol=1e-9)
+
+
+def test_a_body_that_has_swung_aside_is_found_again():
+    part = np.linspace(0.0, 1.0, TRACKED_POINTS)
+    line = np.stack([60 + 260 * part, 120 + 50 * np.sin(5 * part)], axis=1)
+    widths = np.full(TRACKED_POINTS, WIDTH)
+    drawn, _ = strands((240, 380), line, widths, WIDTH, BodyResidualSettings())
+    before = line + np.stack([np.zeros_like(part), 8 * np.sin(3 * part)], axis=1)
+    fitted = fit_body(drawn, before, widths, length_of(line), BodyFitSettings())
+    off_before, off = (
+        np.hypot(*np.moveaxis(each[:, None] - line, 2, 0)).min(axis=1) for each in (before, fitted)
+    )
+    assert np.median(off_before) > 0.25 * WIDTH
+    assert np.median(off) < 0.1 * WIDTH
