@@ -75,6 +75,23 @@ def test_the_head_stays_below_a_pixel(scene, head_px, centroid_px):
             assert tracked.state.where.label == true.where
 
 
+def test_a_lamp_that_grows_until_the_water_is_white_hides_no_worm():
+    """White water is no glare: nothing is occluded in it, and the worm is as dark as ever."""
+    take = Take(frames=60, px_per_mm=20.0)
+    tracker, given, truth = Tracker(TrackerParameters()), [], []
+    for frame in SCENES["at_the_wall"](take):
+        gain = 1.0 + 0.3 * len(truth) / take.frames
+        picture = np.minimum(np.rint(gain * frame.picture), 255).astype(np.uint8)
+        given += tracker.push(picture, frame.stamp_ns)
+        truth.append(frame.truth)
+    given += tracker.finish()
+    assert (picture == 255).mean() > 0.2, "the water is white"
+    assert {tracked.state.status for tracked in given[5:]} == {Status.TRACKED}
+    heads = tip_errors(given, truth)
+    assert np.median(heads) < 0.5
+    assert heads.max() < 2.0
+
+
 def test_a_worm_that_rests_for_minutes_is_never_absorbed():
     _, given, truth = followed("resting", frames=100, px_per_mm=20.0)
     rest_s = (truth[79].stamp_ns - truth[0].stamp_ns) / 1e9

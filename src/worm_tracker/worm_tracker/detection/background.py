@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
 from worm_tracker.detection.blobs import Window, whole_picture
 from worm_tracker.detection.dim_places import DimPlaces, DimPlacesSettings
-from worm_tracker.detection.glare import any_glare, glare_limit
+from worm_tracker.detection.glare import GLARE_STRIDE, glare_limit
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +58,8 @@ class Background:
     ----------
     picture : ndarray of uint8, shape (h, w)
         The background.
-    limit : ndarray of uint8, shape (h, w)
-        Grey level above which a pixel is glare (`glare_limit`).
+    clear : ndarray of uint8, shape (h, w)
+        The rig's own light in the first picture.
     dim : DimPlaces
         Where it lets through much less light than clear water.
     """
@@ -73,9 +73,9 @@ class Background:
         settings: BackgroundSettings,
     ) -> None:
         self._settings = settings
-        clear_grey = np.rint(empty).astype(np.uint8)
-        self.limit = glare_limit(clear_grey, settings.glare_over_clear_grey)
-        masked = (worm > 0) | (picture > self.limit)
+        self.clear = np.rint(empty).astype(np.uint8)
+        limit = glare_limit(self.clear, settings.glare_over_clear_grey)
+        masked = (worm > 0) | (picture > limit)
         self._mean = np.where(masked, empty, picture).astype(np.float32)
         self._count = np.where(masked, 0, 1).astype(np.float32)
         self.picture = np.rint(self._mean).astype(np.uint8)
@@ -115,7 +115,21 @@ class Background:
 
     def scaled(self, gain: float, window: Window) -> Picture:
         """Return a window of the background as bright as a picture of this gain."""
-        background = self.picture[window]
+        return self._as_bright(self.picture[window], gain)
+
+    def glare_limit(self, gain: float, window: Window) -> Picture:
+        """Return the grey level above which a pixel of a window is glare, at a picture's gain."""
+        clear = self._as_bright(self.clear[window], gain)
+        return glare_limit(clear, self._settings.glare_over_clear_grey)
+
+    def any_glare(self, picture: Picture, gain: float, window: Window) -> bool:
+        """Tell whether there is glare in a window of a picture."""
+        sparse = np.s_[::GLARE_STRIDE, ::GLARE_STRIDE]
+        clear = self._as_bright(np.ascontiguousarray(self.clear[window][sparse]), gain)
+        limit = glare_limit(clear, self._settings.glare_over_clear_grey)
+        return bool((picture[window][sparse] > limit).any())
+
+    def _as_bright(self, background: Picture, gain: float) -> Picture:
         if abs(gain - 1) > self._settings.gain_change_ignored:
             background = np.asarray(cv2.convertScaleAbs(background, alpha=gain), np.uint8)
         return background
@@ -139,8 +153,8 @@ class Background:
         self._count = np.minimum(count, self._settings.first_frames).astype(np.float32)
         self._frames = 0
         self.picture = np.asarray(cv2.convertScaleAbs(self._mean), np.uint8)
-        self.limit = np.asarray(
-            cv2.warpAffine(self.limit, motion, size, flags=cv2.INTER_NEAREST, borderValue=255),
+        self.clear = np.asarray(
+            cv2.warpAffine(self.clear, motion, size, flags=cv2.INTER_NEAREST, borderValue=255),
             np.uint8,
         )
         self.dim.transform(motion)
@@ -166,7 +180,7 @@ class Background:
         where : ndarray of bool
             Which pixels of the window.
         """
-        where = where & (picture[window] <= self.limit[window])
+        where = where & (picture[window] <= self.glare_limit(gain, window))
         self._mean[window][where] = picture[window][where] / np.float32(gain)
         self._count[window][where] = np.maximum(self._count[window][where], 1)
         self.picture[window][where] = cv2.convertScaleAbs(self._mean[window])[where]
@@ -196,8 +210,8 @@ class Background:
         self._frames += 1
         band = slice(first, last), slice(0, picture.shape[1])
         masked = worm_mask(band)
-        if any_glare(picture[band], self.limit[band]):
-            white = cv2.compare(picture[band], self.limit[band], cv2.CMP_GT)
+        if self.any_glare(picture, gain, band):
+            white = cv2.compare(picture[band], self.glare_limit(gain, band), cv2.CMP_GT)
             white = cv2.dilate(white, np.ones((5, 5), np.uint8))
             masked = np.asarray(
                 white if masked is None else cv2.bitwise_or(masked, white), np.uint8

@@ -29,7 +29,6 @@ from worm_tracker.detection.debris import DebrisSettings, Surroundings, absorb_d
 from worm_tracker.detection.detection import Detection, DetectionPrior, Missed, SignalView
 from worm_tracker.detection.glare import (
     GlareSettings,
-    any_glare,
     glare_limit,
     look_through_glare,
     may_occlude,
@@ -291,9 +290,9 @@ class Detector:
         if body is not None and prior.blob is not None:
             around = round(settings.search_in_glare_widths * width)
             window = window_around(prior.blob.box, around, picture.shape)
-        now, limit = picture[window], self._background.limit[window]
-        if not any_glare(now, limit):
+        if not self._background.any_glare(picture, gain, window):
             return None
+        now, limit = picture[window], self._background.glare_limit(gain, window)
         background = self._background.scaled(gain, window)
         width = width or self._first_width(picture, gain)
         through = look_through_glare(

@@ -11,7 +11,7 @@ from worm_tracker.detection.blobs import smoothed
 
 SATURATED = 250
 """Grey level from which the camera cannot tell one light from another."""
-_STRIDE = 8
+GLARE_STRIDE = 8
 """Of the rows and columns that are looked at to see whether there is any glare."""
 
 
@@ -51,16 +51,13 @@ def glare_limit(clear: Picture, least_over_clear: int) -> Picture:
     Parameters
     ----------
     clear : ndarray of uint8, shape (h, w)
-        The rig's own light.
+        The rig's own light, as bright as in the picture: by a lamp that has grown brighter the
+        water may be white itself.
     least_over_clear : int
         See `BackgroundSettings`.
     """
-    return np.where(clear < SATURATED - least_over_clear, SATURATED - 1, 255).astype(np.uint8)
-
-
-def any_glare(picture: Picture, limit: Picture) -> bool:
-    """Tell whether there is glare in a window."""
-    return bool((picture[::_STRIDE, ::_STRIDE] > limit[::_STRIDE, ::_STRIDE]).any())
+    _, limit = cv2.threshold(clear, SATURATED - least_over_clear - 1, 255, cv2.THRESH_BINARY)
+    return np.maximum(np.asarray(limit, np.uint8), np.uint8(SATURATED - 1))
 
 
 def look_through_glare(
