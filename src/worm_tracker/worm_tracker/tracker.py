@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Picture
@@ -49,6 +50,10 @@ class TrackerSettings:
     that takes fits beside a new frame of 30 a second, and a live trial skips none for it."""
     agreement: AgreementSettings = field(default_factory=AgreementSettings)
     """When the way into a fold and the way back out of it confirm each other."""
+    opencv_threads: int | None = 1
+    """Threads of OpenCV in this process; None leaves them as they are. On windows as small as a
+    worm's a second one takes as much of the processor again (a folded frame 10 ms, 17 with two),
+    and the frame is there no sooner."""
     least_picture_side_px: int = 16
     """A smaller picture holds no worm."""
     check_stride_px: int = 32
@@ -87,6 +92,10 @@ class Tracker:
     TrackerError
         The corrections exclude each other.
 
+    Notes
+    -----
+    OpenCV is left with one thread in this process, unless the settings say otherwise.
+
     Attributes
     ----------
     changes : list of GeometryChange
@@ -111,6 +120,8 @@ class Tracker:
             raise TrackerError(wrong)
         self._parameters = parameters = parameters or TrackerParameters()
         self._settings = settings
+        if settings.opencv_threads is not None:
+            cv2.setNumThreads(settings.opencv_threads)
         self._stages: _Stages | None = None
         self._track = WormTrack()
         head_tail = HeadTail(self._track, settings.head_tail)
