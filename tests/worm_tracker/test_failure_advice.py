@@ -9,9 +9,9 @@ import pytest
 from worm_model.simulator import scenes
 from worm_model.simulator.take import Take
 from worm_msgs_py.contract.status import Status
+from worm_tracker.detection.polarity import Polarity
 from worm_tracker.failure_advice import FailureAdvice
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.polarity import Polarity
 from worm_tracker.tracker import Tracker
 
 NO_CHAMBER = TrackerParameters(no_chamber=True)

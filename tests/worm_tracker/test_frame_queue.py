@@ -1,7 +1,7 @@
 """Head and tail are never exchanged in silence, and an operator's word holds for good."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 
 import numpy as np
 import pytest
@@ -10,6 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from worm_msgs_py import Status
+from worm_tracker.frame_intervals import AT_ONCE, Elapsed
 from worm_tracker.frame_queue import FrameQueue
 from worm_tracker.frame_state import PendingFrame
 from worm_tracker.head_tail.identity import ExchangeKind, HeadTail, HeadTailSettings
@@ -133,7 +134,7 @@ def coil(**more):
     return Observation(Status.COILED, 70.0, 40.0, unresolved=SEEN, **more)
 
 
-def queue_of(*observations, hold_back_frames=256):
+def queue_of(*observations, hold_back_frames=256, steps=()):
     queue = FrameQueue(
         HeadTail(WormTrack(), HeadTailSettings()),
         hold_back_frames,
@@ -141,8 +142,9 @@ def queue_of(*observations, hold_back_frames=256):
         most_frames_for_body=TRACKER.most_frames_for_body,
         agreement=TRACKER.agreement,
     )
-    for frame, observation in enumerate(observations):
-        queue.push(PendingFrame(frame, frame * FRAME_NS, observation, None))
+    for frame, (observation, elapsed) in enumerate(zip_longest(observations, map(Elapsed, steps))):
+        stamp_ns = frame * FRAME_NS
+        queue.push(PendingFrame(frame, stamp_ns, observation, None, elapsed or AT_ONCE))
     return queue
 
 
@@ -173,8 +175,15 @@ def test_each_run_of_coils_is_told_by_the_frame_after_it():
     queue = queue_of(young, coil(), coil(), young, coil(), gone, coil(), young, coil())
     runs = queue.coils()
     assert [[pending.frame for pending in run.frames] for run in runs] == [[1, 2], [6]]
-    assert all(run.opened is young for run in runs)
-    assert runs[0].detections == [SEEN, SEEN]
+    assert all(run.opened.observation is young for run in runs)
+    assert [past.detection for past in runs[0].detections] == [SEEN, SEEN]
+
+
+def test_a_coil_is_as_long_before_the_next_one_as_the_frames_missing_between_them():
+    young = midline(kept=SEEN)
+    queue = queue_of(young, coil(), coil(), coil(), young, steps=[1, 9, 2, 1, 4])
+    (run,) = queue.coils()
+    assert [past.frames for past in run.detections] == [4, 1, 2]
 
 
 def test_a_coil_that_is_only_followed_backwards_carries_the_order_on_but_tells_nothing():

@@ -21,8 +21,8 @@ from worm_tracker.detection.blobs import (
     whole_picture,
 )
 from worm_tracker.detection.glare import SATURATED
+from worm_tracker.detection.polarity import Polarity
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.polarity import Polarity
 
 
 class Cause(StrEnum):

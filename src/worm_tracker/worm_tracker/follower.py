@@ -32,7 +32,7 @@ from worm_tracker.midline.doubled_body import DoubledBodySettings, looks_doubled
 from worm_tracker.midline.refine import RefinedMidline, RefineSettings, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
-from worm_tracker.propagation.backwards import BackwardPropagation
+from worm_tracker.propagation.backwards import BackwardPropagation, PastDetection
 from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
@@ -144,7 +144,7 @@ class Follower:
         return observation
 
     def resolve_back(
-        self, opened: Observation, detections: Sequence[Detection]
+        self, opened: Observation, detections: Sequence[PastDetection]
     ) -> Iterator[Observation]:
         """Return what a midline tells of the pictures before it, the latest first, one by one.
 
@@ -152,7 +152,7 @@ class Follower:
         ----------
         opened : Observation
             What the last picture says; it has a midline.
-        detections : sequence of Detection
+        detections : sequence of PastDetection
             What was kept of the pictures before it, the latest first.
         """
         model, settings = self._track.model, self._settings.propagation
@@ -182,7 +182,8 @@ class Follower:
         if why is not None:
             return why, None
         model, contour_body = self._track.model, None
-        for view in without_debris(detection, model, self._track.body, self._settings.cutting):
+        body, frames = self._track.body, 1 + self._track.frames_lost
+        for view in without_debris(detection, model, body, frames, self._settings.cutting):
             found = self._contour_body(view)
             if view is detection:
                 contour_body = found

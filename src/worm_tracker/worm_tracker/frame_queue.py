@@ -8,7 +8,6 @@ from math import ceil
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.status import Status
 from worm_msgs_py.files.corrections import Correction
-from worm_tracker.detection.detection import Detection
 from worm_tracker.frame_state import PendingFrame, tracked_frame
 from worm_tracker.head_tail.identity import (
     Exchange,
@@ -19,9 +18,10 @@ from worm_tracker.head_tail.identity import (
 )
 from worm_tracker.head_tail.link import LinkDecision
 from worm_tracker.observation import Observation
+from worm_tracker.propagation.backwards import PastDetection
 from worm_tracker.propagation.opening import AgreementSettings, told_of_fold
 
-PropagateBack = Callable[[Observation, Sequence[Detection]], Iterator[Observation]]
+PropagateBack = Callable[[Observation, Sequence[PastDetection]], Iterator[Observation]]
 """What a frame that shows the body tells of the pictures before it, the latest first."""
 
 
@@ -33,18 +33,22 @@ class Coils:
     ----------
     frames : list of PendingFrame
         In their order: the latest is the next to be gone back through.
-    opened : Observation
-        What the frame after them says; it has a midline.
+    opened : PendingFrame
+        The frame after them; it has a midline.
     """
 
     frames: list[PendingFrame]
-    opened: Observation
+    opened: PendingFrame
 
     @property
-    def detections(self) -> list[Detection]:
+    def detections(self) -> list[PastDetection]:
         """What was kept of their pictures, the latest first."""
-        kept = (pending.observation.unresolved for pending in reversed(self.frames))
-        return [detection for detection in kept if detection is not None]
+        kept, later = [], self.opened
+        for pending in reversed(self.frames):
+            if pending.observation.unresolved is not None:
+                kept.append(PastDetection(pending.observation.unresolved, later.elapsed.steps))
+            later = pending
+        return kept
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -163,7 +167,7 @@ class FrameQueue:
         for pending in self._waiting:
             if pending.is_open:
                 if run:
-                    found.append(Coils(run, pending.observation))
+                    found.append(Coils(run, pending))
                 run = []
             elif pending.observation.unresolved is not None:
                 run.append(pending)
@@ -289,7 +293,7 @@ class FrameQueue:
         opened = next((told for told in reversed(self._waiting) if told.is_open), None)
         if opened is not None:
             runs = deque(self.coils())
-            told = deque(propagate_back(run.opened, run.detections) for run in runs)
+            told = deque(propagate_back(run.opened.observation, run.detections) for run in runs)
             self._way_back = _WayBack(opened.frame, propagate_back, runs, told, self._agreement)
 
     def _arrive(self, way: _WayBack) -> None:
@@ -310,6 +314,7 @@ class FrameQueue:
 
     def _link(self, pending: PendingFrame) -> None:
         """Link a frame to those before it."""
+        self._head_tail.skip(pending.elapsed.frames_missing)
         if pending.observation.has_midline:
             linked = self._head_tail.push(pending.observation)
             pending.observation, pending.reliability = linked.observation, linked.reliability

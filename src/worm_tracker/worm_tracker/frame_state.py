@@ -11,6 +11,7 @@ from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.contract.frames import CAMERA, CHAMBER_A, Where
 from worm_msgs_py.contract.locating import is_in_passage
 from worm_msgs_py.units import MM_PER_M
+from worm_tracker.frame_intervals import AT_ONCE, Elapsed
 from worm_tracker.midline.curve import arc_length
 from worm_tracker.observation import Observation
 
@@ -28,6 +29,8 @@ class PendingFrame:
         What its picture says; in the chain's order once it has been linked.
     geometry : Geometry or None
         The rig in it.
+    elapsed : Elapsed
+        What lies between it and the frame before.
     reliability : float
         Of its link to the frame before, 0.5 to 1.
     """
@@ -36,6 +39,7 @@ class PendingFrame:
     stamp_ns: int
     observation: Observation
     geometry: Geometry | None
+    elapsed: Elapsed = AT_ONCE
     reliability: float = 1.0
 
     @property

@@ -7,7 +7,7 @@ from worm_msgs_py import limits
 from worm_msgs_py.declarations import declare, first_refusal_of
 from worm_msgs_py.errors import TrackerError
 from worm_msgs_py.units import MM_PER_M
-from worm_tracker.polarity import Polarity
+from worm_tracker.detection.polarity import Polarity
 from worm_tracker.sources.image_decoder import MAX_MEGAPIXELS, MEGAPIXELS
 
 _LOOKED_FOR = {"or_else": nan, "means": "looked for"}

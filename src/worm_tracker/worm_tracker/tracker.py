@@ -22,14 +22,15 @@ from worm_msgs_py.files.corrections import (
 from worm_tracker.calibration.rig_monitor import GeometryChange, RigMonitor, RigMonitorSettings
 from worm_tracker.detection.detection import Detection
 from worm_tracker.detection.detector import Detector, DetectorSettings
+from worm_tracker.detection.polarity import dark_on_bright
 from worm_tracker.failure_advice import FailureAdvice
 from worm_tracker.follower import Follower, FollowerSettings
+from worm_tracker.frame_intervals import FrameIntervals, FrameIntervalSettings
 from worm_tracker.frame_queue import FrameQueue
 from worm_tracker.frame_state import PendingFrame
 from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail, HeadTailSettings
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.polarity import dark_on_bright
 from worm_tracker.propagation.opening import AgreementSettings
 from worm_tracker.worm_track import WormTrack
 
@@ -38,6 +39,7 @@ from worm_tracker.worm_track import WormTrack
 class TrackerSettings:
     """The constants of every stage: a user leaves them alone, a test may change one."""
 
+    intervals: FrameIntervalSettings = field(default_factory=FrameIntervalSettings)
     rig: RigMonitorSettings = field(default_factory=RigMonitorSettings)
     detector: DetectorSettings = field(default_factory=DetectorSettings)
     follower: FollowerSettings = field(default_factory=FollowerSettings)
@@ -135,6 +137,7 @@ class Tracker:
             agreement=settings.agreement,
         )
         self._advice = FailureAdvice(parameters)
+        self._intervals = FrameIntervals(settings.intervals)
         self.changes: list[GeometryChange] = []
         self._not_found: list[NoChamberFound] = []
         self._frames = 0
@@ -209,11 +212,13 @@ class Tracker:
         self._obey_requests()
         frame, self._frames = self._frames, self._frames + 1
         self._last_ns = stamp_ns
+        elapsed = self._intervals.push(stamp_ns)
+        self._track.skip(elapsed.steps - 1)
         bodies_begun = self._track.bodies_begun
         observation = self._observe(picture, stamp_ns)
         if self._track.bodies_begun != bodies_begun:
             self._queue.reopen()
-        self._queue.push(PendingFrame(frame, stamp_ns, observation, self.geometry))
+        self._queue.push(PendingFrame(frame, stamp_ns, observation, self.geometry, elapsed))
         model = self._track.model
         if self._queue.is_due(model is not None and model.is_learned):
             self._go_back(self._settings.frames_back_per_frame)

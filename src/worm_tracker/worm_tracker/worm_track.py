@@ -148,7 +148,7 @@ class WormTrack:
         How often a body was learned from nothing: what was held to be the worm before was not, or
         not all of it.
     frames_lost, frames_unresolved : int
-        Pictures since the worm was last seen, and without a midline although it was seen.
+        Frames since the worm was last seen, and without a midline although it was seen.
     """
 
     def __init__(self) -> None:
@@ -198,9 +198,9 @@ class WormTrack:
         self.frames_lost += 1
         self.frames_unresolved = 0
 
-    def skip(self) -> None:
-        """Take a picture that does not show the rig: the worm may be where it was."""
-        self.frames_lost += 1
+    def skip(self, frames: int = 1) -> None:
+        """Take so many frames in which the rig is not seen: the worm moves on meanwhile."""
+        self.frames_lost += frames
 
     def link(self, points: Floats) -> None:
         """Take a midline, in the order of its ends that links it to those before."""

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from worm_model.simulator.rig import Optics, Rig
 from worm_msgs_py.errors import NoChamberFound, TrackerError
 from worm_tracker.calibration.calibrate_pictures import calibrate_pictures
+from worm_tracker.detection.polarity import Polarity
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.polarity import Polarity
 
 MOST_SD = 4.0
 

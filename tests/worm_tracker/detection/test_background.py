@@ -92,6 +92,16 @@ def test_a_lamp_that_grows_until_the_water_is_white_hides_no_worm():
     assert heads.max() < 2.0
 
 
+def test_a_hair_on_the_worm_makes_it_no_longer():
+    """It lies on the worm's way, and hangs on to it from the 20th frame on."""
+    _, given, truth = followed("hair", frames=40)
+    statuses = [tracked.state.status for tracked in given]
+    assert statuses.count(Status.TRACKED) >= 38
+    heads = tip_errors(given, truth)
+    assert np.median(heads) < 0.5
+    assert heads.max() < 3.0
+
+
 def test_a_worm_that_rests_for_minutes_is_never_absorbed():
     _, given, truth = followed("resting", frames=100, px_per_mm=20.0)
     rest_s = (truth[79].stamp_ns - truth[0].stamp_ns) / 1e9

@@ -142,7 +142,8 @@ def search_after(path, width, frames, loops_known):
     [
         pytest.param(2.5, 1, True, True, id="open since it was known"),
         pytest.param(2.5, 1, False, False, id="never known"),
-        pytest.param(2.5, 2, True, False, id="not followed meanwhile"),
+        pytest.param(2.5, 3, True, True, id="two frames are missing"),
+        pytest.param(2.5, 6, True, False, id="not followed meanwhile"),
         pytest.param(0.8, 1, True, False, id="its strands may have crossed unseen"),
     ],
 )

@@ -25,8 +25,8 @@ from worm_msgs_py.arrays import Picture
 from worm_msgs_py.errors import BadInput, TrackerError
 from worm_msgs_py.files.whole_files import new_file, whole_file
 from worm_tracker.calibration.calibrate_pictures import calibrate_pictures
+from worm_tracker.detection.polarity import Polarity
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.polarity import Polarity
 from worm_tracker.sources.cameras.camera_address import shown_address
 
 NOT_WRITTEN = 1

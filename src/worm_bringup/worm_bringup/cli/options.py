@@ -22,8 +22,8 @@ from worm_msgs_py.errors import BadInput
 from worm_msgs_py.ros.network import Reach
 from worm_msgs_py.ros.watchdog import PATIENCE, PATIENCE_S
 from worm_msgs_py.units import MM_PER_M
+from worm_tracker.detection.polarity import Polarity
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.polarity import Polarity
 from worm_tracker.sources.bags.scan.decompression import CHUNK_MIB
 from worm_tracker.sources.image_decoder import MEGAPIXELS
 

@@ -16,8 +16,8 @@ from worm_tracker.calibration.calibrate import (
     calibrate,
     passage_length,
 )
+from worm_tracker.detection.polarity import Polarity, dark_on_bright
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.polarity import Polarity, dark_on_bright
 
 
 @dataclass(frozen=True, slots=True)

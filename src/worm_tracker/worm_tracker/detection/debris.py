@@ -76,6 +76,7 @@ def without_debris(
     detection: Detection,
     model: BodyModel | None,
     body: Floats | None,
+    frames: int,
     settings: DebrisCuttingSettings,
 ) -> Iterator[Detection]:
     """Return detections in which the worm may be told from what hangs on to it, likeliest first.
@@ -88,6 +89,8 @@ def without_debris(
         The worm; nothing is known of it in the first frames.
     body : ndarray, shape (TRACKED_POINTS, 2), or None
         Its midline when it was last seen.
+    frames : int
+        How many frames ago that was, 1 for the next.
     settings : DebrisCuttingSettings
     """
     if model is None:
@@ -95,7 +98,7 @@ def without_debris(
         yield from _without_thin_parts(detection, settings)
         return
     if body is not None and detection.blob.area > settings.overgrown_area_over_known * model.area:
-        near = _corridor(detection, body, model.width, settings)
+        near = _corridor(detection, body, model.width, frames, settings)
         cut = detection.restricted_to(near)
         if cut is not None:
             yield cut
@@ -106,16 +109,16 @@ def without_debris(
 
 
 def _corridor(
-    detection: Detection, body: Floats, width: float, settings: DebrisCuttingSettings
+    detection: Detection, body: Floats, width: float, frames: int, settings: DebrisCuttingSettings
 ) -> Picture:
     """Return the neighbourhood of a body, and the way on of its ends, as a mask of the window."""
     mask = np.zeros(detection.view.smooth.shape, np.uint8)
     points = detection.view.in_window(body)
-    line = [points]
+    line, ahead = [points], settings.ahead_of_ends_widths * width * frames
     for end, inner in ((points[0], points[6]), (points[-1], points[-7])):
         way = end - inner
         way = way / max(float(np.hypot(*way)), 1e-9)
-        line.append(np.stack([end, end + settings.ahead_of_ends_widths * width * way]))
+        line.append(np.stack([end, end + ahead * way]))
     thick = max(3, round((1 + 2 * settings.body_margin_widths) * width))
     for part in line:
         cv2.polylines(mask, [np.rint(16 * part).astype(np.int32)], False, 255, thick, 8, 4)

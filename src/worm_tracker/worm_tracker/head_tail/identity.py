@@ -236,6 +236,10 @@ class HeadTail:
         self._corrected = True
         self._decided = int(sign)
 
+    def skip(self, frames: int) -> None:
+        """Note that frames are missing: the next link is over a longer time."""
+        self._chain.skip(frames)
+
     def miss(self) -> None:
         """Note a frame without a midline: the next link is less sure."""
         self._chain.miss()

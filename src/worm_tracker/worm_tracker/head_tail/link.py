@@ -179,6 +179,10 @@ class Chain:
         """Whether the last frame has a midline that explains it."""
         return not self._order.frames_unexplained
 
+    def skip(self, frames: int) -> None:
+        """Note that frames are missing: the next link is over a longer time."""
+        self._gap += frames
+
     def miss(self) -> None:
         """Note a frame without a midline: the next link is less sure."""
         self._gap += 1
@@ -201,7 +205,7 @@ class Chain:
         straight = _mean_distance(observation.points, last)
         turned = _mean_distance(observation.points[::-1], last)
         order = self._order
-        same_path = order.path_number == observation.path_number > 0 and self._gap == 1
+        same_path = order.path_number == observation.path_number > 0
         is_reversed = turned < straight
         if observation.turned_round:
             is_reversed = order.was_reversed

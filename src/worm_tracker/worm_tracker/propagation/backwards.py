@@ -5,6 +5,7 @@ backwards in time from the first frame that has one again: a worm that opens tel
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.detection.detection import Detection
@@ -20,6 +21,21 @@ from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class PastDetection:
+    """The object in a picture that waits.
+
+    Attributes
+    ----------
+    detection : Detection
+    frames : int
+        How many frames before the next one that waits it is, 1 for the next.
+    """
+
+    detection: Detection
+    frames: int
+
+
 class BackwardPropagation:
     """What a midline tells of the pictures before it: an iterator, a picture a step.
 
@@ -32,7 +48,7 @@ class BackwardPropagation:
         The worm.
     opened : Observation
         The frame that has a midline, in the order of the body model's widths.
-    detections : sequence of Detection
+    detections : sequence of PastDetection
         The object in the pictures before, the latest first.
     contour_body : callable
         Gives the midline of a simple body by its contour, which may be turned round, else None: a
@@ -44,7 +60,7 @@ class BackwardPropagation:
         self,
         model: BodyModel,
         opened: Observation,
-        detections: Sequence[Detection],
+        detections: Sequence[PastDetection],
         contour_body: Callable[[Detection], RefinedMidline | None],
         settings: PropagationSettings,
     ) -> None:
@@ -66,9 +82,10 @@ class BackwardPropagation:
         """
         if not self._left:
             raise StopIteration
-        detection, settings = self._left.pop(), self._settings
+        past, settings = self._left.pop(), self._settings
+        detection = past.detection
         self._model = model = _as_dark_as(detection, self._model, settings.residual)
-        found = self._find(detection)
+        found = self._find(detection, past.frames)
         lost = found is None or found.over_limits > settings.lost_over_limits
         if found is None or lost or found.turned_round:
             self._left = []
@@ -78,17 +95,17 @@ class BackwardPropagation:
         self._before, self._last = self._last.points, found
         return observation if sure else coiled(detection, observation)
 
-    def _find(self, detection: Detection) -> PropagatedBody | None:
+    def _find(self, detection: Detection, frames: int) -> PropagatedBody | None:
         """Find the body in a picture, from where it was in the one after it."""
         model, last, settings = self._model, self._last, self._settings
         least = last.expected_agreement - settings.most_agreement_lost_backwards
-        found = _slid_only(detection, model, last, settings)
+        found = _slid_only(detection, model, last, frames, settings)
         if found is None or found.over_limits > 1:
-            found = _open_again(self._contour_body(detection), model, last) or found
+            found = _open_again(self._contour_body(detection), model, last, frames) or found
         poor = found is None or found.agreement < least
         if poor and self._fits < settings.most_fits_backwards:
             self._fits += 1
-            found = propagate(detection, model, last, self._before, 1, None, settings)
+            found = propagate(detection, model, last, self._before, frames, None, settings)
         return found
 
 
@@ -101,12 +118,12 @@ def _as_dark_as(
 
 
 def _open_again(
-    found: RefinedMidline | None, model: BodyModel, last: PropagatedBody
+    found: RefinedMidline | None, model: BodyModel, last: PropagatedBody, frames: int
 ) -> PropagatedBody | None:
     """Return a body found by its contour as one that is propagated; None where it is another."""
-    if found is None or model.leaps(found.points, last.points, 1):
+    if found is None or model.leaps(found.points, last.points, frames):
         found = None if found is None else found.reversed()
-    if found is None or model.leaps(found.points, last.points, 1):
+    if found is None or model.leaps(found.points, last.points, frames):
         return None
     path = path_of(found.points, None, model.width)
     agreement = found.edges_found
@@ -114,9 +131,13 @@ def _open_again(
 
 
 def _slid_only(
-    detection: Detection, model: BodyModel, last: PropagatedBody, settings: PropagationSettings
+    detection: Detection,
+    model: BodyModel,
+    last: PropagatedBody,
+    frames: int,
+    settings: PropagationSettings,
 ) -> PropagatedBody | None:
     """Slide the worm's body along itself, and fit none anew; None where that leads nowhere."""
-    scene = CandidateSearch.of(detection, model, last, 1, settings)
+    scene = CandidateSearch.of(detection, model, last, frames, settings)
     slid = scene.followed()
     return None if slid is None or scene.leaps(slid) else scene.in_picture(slid)

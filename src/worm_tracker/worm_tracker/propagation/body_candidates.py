@@ -100,6 +100,15 @@ class CandidateSearch:
         levels = model.levels_at(detection.gain)
         return cls(detection.view.signal, seen, levels, origin, model, body, last, frames, settings)
 
+    @property
+    def is_followed(self) -> bool:
+        """Whether the body was seen so lately that it has kept its ends and loops."""
+        return self.frames <= self.settings.most_frames_followed
+
+    def keeps_ends(self, slid: Candidate) -> bool:
+        """Tell whether a body slid along itself has its ends in the order of the last one's."""
+        return self.is_followed and not slid.turned_round
+
     def in_picture(self, found: Candidate) -> PropagatedBody:
         """Return a body in the picture's coordinates, and with what is expected of the next one."""
         lost = self.settings.expected_agreement_lost_per_frame
@@ -176,7 +185,7 @@ class CandidateSearch:
             marks = -settings.bend_lost_in_marks_rad2, settings.least_breadth_in_marks_widths
         breadths = doubtful_loops(found.path, self.model.width, settings.exchange, *marks)
         open_px = settings.open_loop_widths * self.model.width
-        was_known = self.body.loops_known and self.frames == 1 and not found.was_exchanged
+        was_known = self.body.loops_known and self.is_followed and not found.was_exchanged
         return not breadths or (was_known and min(breadths) > open_px)
 
     def over_limits(self, found: Candidate) -> float:

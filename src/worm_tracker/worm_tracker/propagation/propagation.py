@@ -69,7 +69,7 @@ def propagate(
         poor = slid.agreement < last.expected_agreement - settings.most_agreement_lost_unsure
         followed = over < settings.lost_over_limits and not poor and contour_body is None
         if sound or followed:
-            return replace(scene.in_picture(slid), was_slid=frames == 1 and not slid.turned_round)
+            return replace(scene.in_picture(slid), was_slid=scene.keeps_ends(slid))
     starts = [scene.last.points]
     if before is not None:
         starts.append(2 * last.points - before - as_points(np.array([scene.origin])))

@@ -78,6 +78,9 @@ class PropagationSettings:
     """How much less straight the other way past a loop may then be and still be in doubt, and the
     breadth of a loop from which on that is a width aside: marked flanks are soft, and what is told
     as the width is up to a sixth less than the outline's."""
+    most_frames_followed: int = 3
+    """From a picture so many frames of 15 a second ago a body is followed with its ends and loops:
+    a few may be missing, or the camera be slow."""
     most_frames_unexplained: int = 5
     """Most pictures in a row that a body may leave unexplained and still be the one followed."""
     most_over_limits_alone: float = 0.35

@@ -1,0 +1,71 @@
+"""Tells from stamps how much a worm may have moved between two frames, and how many are missing."""
+
+from collections import deque
+from dataclasses import dataclass
+from statistics import median
+
+
+@dataclass(frozen=True, slots=True)
+class FrameIntervalSettings:
+    """What is a long interval."""
+
+    step_ns: int = 66_666_667
+    """What a worm can do in a frame was is bounded for 15 frames a second."""
+    memory_frames: int = 31
+    """The usual interval is the median of so many: odd, so that it is one of them."""
+    least_intervals: int = 3
+    """Intervals from which on a usual one is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class Elapsed:
+    """What lies between a frame and the one before.
+
+    Attributes
+    ----------
+    steps : int
+        Frames of 15 a second, at least 1: the limits on what a worm does are for one of them.
+    frames_missing : int
+        Frames that are missing, by the recording's usual interval.
+    """
+
+    steps: int = 1
+    frames_missing: int = 0
+
+
+AT_ONCE = Elapsed()
+"""Of a frame that follows the one before at a usual rate."""
+
+
+class FrameIntervals:
+    """Measures the time between frames, by their stamps alone.
+
+    Parameters
+    ----------
+    settings : FrameIntervalSettings
+    """
+
+    def __init__(self, settings: FrameIntervalSettings) -> None:
+        self._settings = settings
+        self._last_ns: int | None = None
+        self._usual = deque[int](maxlen=settings.memory_frames)
+
+    def push(self, stamp_ns: int) -> Elapsed:
+        """Take the stamp of the next frame; return what lies between it and the last.
+
+        No frame is missing where stamps do not increase, nor before a usual interval is known; nor
+        in a recording of every second frame: that is its usual interval.
+
+        Parameters
+        ----------
+        stamp_ns : int
+            Time of capture.
+        """
+        last_ns, self._last_ns = self._last_ns, stamp_ns
+        if last_ns is None or stamp_ns <= last_ns:
+            return AT_ONCE
+        interval_ns = stamp_ns - last_ns
+        known = len(self._usual) >= self._settings.least_intervals
+        missing = round(interval_ns / median(self._usual)) - 1 if known else 0
+        self._usual.append(interval_ns)
+        return Elapsed(max(round(interval_ns / self._settings.step_ns), 1), max(missing, 0))
