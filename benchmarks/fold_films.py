@@ -8,6 +8,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.drawn_lines import (
+    EXIT_WIDTH_MM,
+    LINE_LOOKS,
+    RADIUS_MM,
+    light_and_wall,
+    picture_of,
+    true_line_px,
+)
+from benchmarks.drawn_lines import is_folded as is_folded_line
 from worm_model.simulator import folded_worms
 from worm_model.simulator.film import FilmFrame, encode
 from worm_model.simulator.folded_worms import LOOKS, FoldedWorm, Look, film_worm, rig_for
@@ -24,6 +33,7 @@ OPEN = "open"
 """A worm that walks along the wall and never folds, to wear the real skins."""
 OPEN_FRAMES, OPEN_FPS = 1000, 25.0
 MIDLINE_POINTS = 241
+LINE_QUALITY = 95
 
 FILMS = tuple(
     (worm, look)
@@ -31,6 +41,8 @@ FILMS = tuple(
     for look in ("one_shade", "darker", "coarse", ("skin_w4", "skin_w5")[index % 2])
 )
 """Six worms in four looks."""
+LINE_FILMS = tuple((worm, look) for worm in WORMS for look in LINE_LOOKS)
+"""The same motions, drawn by other means than the rig's."""
 MORE_FILMS = ((OPEN, "skin_w4"), (OPEN, "skin_w5"), ("4002", "thin_tail"), ("4004", "thin_tail"))
 
 
@@ -128,6 +140,8 @@ def _rig(name: str, look: Look) -> Rig:
 
 
 def _drawn(name: str, look_name: str, frames: int | None = None) -> dict[str, NDArray[np.generic]]:
+    if look_name in LINE_LOOKS:
+        return _drawn_of_lines(name, look_name, frames)
     look = LOOKS[look_name]
     rig = _rig(name, look)
     part = np.linspace(0.0, 1.0, MIDLINE_POINTS)
@@ -147,14 +161,45 @@ def _drawn(name: str, look_name: str, frames: int | None = None) -> dict[str, ND
         rows["folded"].append(is_folded(true_body))
         rows["contact"].append(bool(frame.truth.contact))
         width_px = true_body.mean_width_px
-    sizes = np.cumsum([len(jpeg) for jpeg in jpegs])
     scale = {"px_per_mm": look.px_per_mm, "radius_mm": rig.radius_mm, "width_px": width_px}
+    rig_figures = {**scale, "exit_width_mm": rig.exit_width_mm}
+    return _as_arrays({"worm": name, "look": look_name, **rig_figures}, jpegs, rows)
+
+
+def _drawn_of_lines(
+    name: str, look_name: str, frames: int | None
+) -> dict[str, NDArray[np.generic]]:
+    """Draw a film of lines: everything of it is worked out anew."""
+    worm, look = _motion(name), LINE_LOOKS[look_name]
+    light, wall = light_and_wall(look)
+    width_px = float(worm.width_mm[20:-20].mean()) * look.px_per_mm
+    rows: dict[str, list[object]] = {
+        key: []
+        for key in ("stamp_ns", "midline_px", "half_width_px", "centroid_px", "folded", "contact")
+    }
+    jpegs: list[bytes] = []
+    for frame in range(len(worm.midlines_mm[:frames])):
+        line, widths = true_line_px(worm, frame, look)
+        jpegs.append(encode(picture_of(line, widths, look, light, wall, seed=frame), LINE_QUALITY))
+        thin = np.linspace(0, len(line) - 1, MIDLINE_POINTS).round().astype(int)
+        gap_px = RADIUS_MM * look.px_per_mm - float(np.hypot(*(line[0] - look.centre)))
+        rows["stamp_ns"].append(round(frame * 1e9 / worm.fps))
+        rows["midline_px"].append(line[thin])
+        rows["half_width_px"].append(widths[thin] / 2)
+        rows["centroid_px"].append(widths @ line / widths.sum())
+        rows["folded"].append(is_folded_line(line, width_px))
+        rows["contact"].append(gap_px < 0.3 * width_px)
+    scale = {"px_per_mm": look.px_per_mm, "radius_mm": RADIUS_MM, "width_px": width_px}
+    rig_figures = {**scale, "exit_width_mm": EXIT_WIDTH_MM}
+    return _as_arrays({"worm": name, "look": look_name, **rig_figures}, jpegs, rows)
+
+
+def _as_arrays(
+    plain: dict[str, str | float], jpegs: list[bytes], rows: dict[str, list[object]]
+) -> dict[str, NDArray[np.generic]]:
     return {
-        "worm": np.array(name),
-        "look": np.array(look_name),
-        "exit_width_mm": np.array(rig.exit_width_mm),
-        **{key: np.array(value) for key, value in scale.items()},
+        **{key: np.array(value) for key, value in plain.items()},
         "jpeg": np.frombuffer(b"".join(jpegs), dtype=np.uint8),
-        "jpeg_end": sizes,
+        "jpeg_end": np.cumsum([len(jpeg) for jpeg in jpegs]),
         **{key: np.array(values) for key, values in rows.items()},
     }

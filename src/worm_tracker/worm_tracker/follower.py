@@ -87,6 +87,8 @@ class FollowerSettings:
     """Length below which what was cut out is a part of the worm: a stroke shortens it less."""
     cut_length_over_last: float = 0.97
     """The same over the length a frame before: a stroke takes off no more in a frame."""
+    most_cut_after_fold_widths2: float = 1.4
+    """What may be cut off after a fold, squared widths: more may be an end that comes out of it."""
     loop_hole_widths2: float = 20.0
     """Hole, in squared widths, that is a loop's, not a bubble's."""
     sought_again_frames: int = 4
@@ -220,6 +222,9 @@ class Follower:
         width = mean_width(found.widths) if model is None else model.width
         cut_off = np.asarray(whole.object_pixels() & ~view.object_pixels())
         if holds_wormlike_piece(cut_off, width, settings.blobs):
+            return True
+        most = settings.most_cut_after_fold_widths2 * width**2
+        if self._track.frames_unresolved and np.count_nonzero(cut_off) > most:
             return True
         hole = whole.blob.hole_area / width**2
         touching = hole > settings.most_hole_widths2 and whole.goes_on_at(found.points, width)
@@ -379,16 +384,8 @@ class Follower:
 def _observation_of(found: RefinedMidline, agreement: float, view: SignalView) -> Observation:
     """Return the observation of a refined midline."""
     appearance = appearance_difference(found.points, found.widths, view.smooth, view.origin)
-    return Observation(
-        Status.TRACKED,
-        found.u,
-        found.v,
-        found.points,
-        found.widths,
-        agreement,
-        found.width,
-        appearance=appearance,
-    )
+    body = found.u, found.v, found.points, found.widths
+    return Observation(Status.TRACKED, *body, agreement, found.width, appearance=appearance)
 
 
 def _agreement(found: RefinedMidline, blob: Blob) -> float:

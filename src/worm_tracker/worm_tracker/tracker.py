@@ -220,7 +220,7 @@ class Tracker:
             self._queue.reopen()
         self._queue.push(PendingFrame(frame, stamp_ns, observation, self.geometry, elapsed))
         model = self._track.model
-        if self._queue.is_due(model is not None and model.is_learned):
+        if self._queue.is_due(model is not None and model.is_learned and not model.is_changing):
             self._go_back(self._settings.frames_back_per_frame)
         return self._queue.release()
 

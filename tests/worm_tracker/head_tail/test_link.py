@@ -60,6 +60,25 @@ def test_a_body_that_is_slid_along_itself_keeps_its_ends(arms):
 
 
 @pytest.mark.parametrize(
+    ("arm", "sd_px", "is_sure"),
+    [
+        pytest.param(EVEN, 8.0, False, id="on each other, and one is not seen"),
+        pytest.param(EVEN, 0.5, True, id="on each other, and both are seen"),
+        pytest.param(EVEN + 20.0, 8.0, True, id="far from each other"),
+    ],
+)
+def test_ends_that_lie_on_each_other_unseen_may_change_places(arm, sd_px, is_sure):
+    """The one that comes out next may be either, however smoothly a body is slid on with it."""
+    chain = Chain(WormTrack(), LinkSettings())
+    chain.push(folded(hairpin(arm), path_number=1))
+    later = folded(hairpin(arm + 1.0), path_number=1)
+    hidden = (sd_px > 0.4 * WIDTH) * 3
+    link = chain.push(replace(later, seen_end_sd_px=(sd_px, 0.5), occluded=(hidden, 0)))
+    assert (link.reliability > 0.99) == is_sure
+    assert is_sure or link.reliability < 0.7
+
+
+@pytest.mark.parametrize(
     ("path_number", "gone"),
     [pytest.param(2, 0, id="another path"), pytest.param(1, 1, id="a frame without a midline")],
 )

@@ -119,12 +119,26 @@ def test_two_strands_where_it_is_not_dark_are_told(width):
     assert compared(drawn, points, widths, by_darkness=False).overlap == 0.0
 
 
+@pytest.mark.parametrize("width", [14.0, 16.0, 20.0])
+@pytest.mark.parametrize("darker", [True, False])
+@pytest.mark.parametrize(("arm", "is_told"), [(1.5, False), (7.0, True)])
+def test_strands_that_lie_beside_each_other_at_a_hairpin_may_be_dark_or_not(
+    arm, is_told, darker, width
+):
+    """Farther along they lie on each other: where that is not dark the body is another one."""
+    apart = 0.3
+    turn = (0.5 * np.pi * apart, 2 / apart)
+    drawn = Drawn.of([(arm, 0.0), turn, (arm, 0.0)], width, 0.4, darker=darker)
+    found = compared(drawn, *drawn.claimed())
+    assert (found.overlap > SETTINGS.most_overlap) == (is_told and not darker)
+
+
 @given(arcs=BENDS | loops(), width=WIDTHS, heading=HEADINGS)
 @settings(max_examples=25)
 def test_strands_are_drawn_where_the_renderer_has_them(arcs, width, heading):
     drawn = Drawn.of(arcs, width, heading)
     points, widths = drawn.claimed()
-    body, twice = strands(drawn.mask.shape, points, widths, width, SETTINGS)
+    body, twice, _ = strands(drawn.mask.shape, points, widths, width, SETTINGS)
     assert body[far_from(drawn.layers < 0.9, 1.0)].all()
     assert not body[far_from(drawn.layers > 0.1)].any()
     assert twice[far_from(drawn.layers < 1.9)].all()

@@ -29,7 +29,7 @@ def test_a_body_that_has_swung_aside_is_found_again():
     part = np.linspace(0.0, 1.0, TRACKED_POINTS)
     line = np.stack([60 + 260 * part, 120 + 50 * np.sin(5 * part)], axis=1)
     widths = np.full(TRACKED_POINTS, WIDTH)
-    drawn, _ = strands((240, 380), line, widths, WIDTH, BodyResidualSettings())
+    drawn, *_ = strands((240, 380), line, widths, WIDTH, BodyResidualSettings())
     before = line + np.stack([np.zeros_like(part), 8 * np.sin(3 * part)], axis=1)
     fitted = fit_body(drawn, before, widths, length_of(line), BodyFitSettings())
     off_before, off = (

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from worm_tracker.midline.self_cover import (
     SelfCoverSettings,
     covered_by_others,
+    ends_kept,
     ends_on_body,
     lies_near_itself,
 )
@@ -118,3 +119,24 @@ def test_the_end_that_comes_back_to_the_body_is_the_one_on_it(gap, long, width, 
 def test_no_end_of_an_open_body_lies_on_it(turn, width):
     curve = laid([(20.0, turn / 20.0)], width)
     assert ends_on_body(curve, 1.1 * width, width / NODES_PER_WIDTH) == (False, False)
+
+
+SDS_PX = st.tuples(st.floats(0.01, 50.0), st.floats(0.01, 50.0))
+
+
+@given(apart=st.floats(0.0, 100.0), more=st.floats(0.0, 100.0), sds=SDS_PX, unsurer=st.floats(1, 5))
+def test_ends_are_kept_the_surer_the_farther_apart_and_the_better_seen_they_are(
+    apart, more, sds, unsurer
+):
+    line = np.array([[0.0, 0.0], [40.0, 30.0], [apart, 0.0]])
+    farther = np.array([[0.0, 0.0], [40.0, 30.0], [apart + more, 0.0]])
+    kept = ends_kept(line, sds)
+    assert 0.5 <= kept <= ends_kept(farther, sds) <= 1.0
+    assert ends_kept(line, (unsurer * sds[0], sds[1])) <= kept
+    assert kept == ends_kept(line[::-1], sds[::-1])
+
+
+def test_ends_in_one_place_may_be_either_and_those_that_are_seen_are_kept():
+    ring = np.array([[7.0, 7.0], [0.0, 0.0], [7.0, 7.0]])
+    assert ends_kept(ring, (0.0, 3.0)) == 0.5
+    assert ends_kept(ring, (0.0, 0.0)) == 1.0

@@ -117,9 +117,9 @@ def kinked_loop(radius_widths, width):
     return BodyPath(evenly(np.r_[into, np.sqrt(2) * r + r * np.exp(1j * angle), out[::-1]], 240))
 
 
-def search_after(path, width, frames, loops_known):
+def search_after(path, width, frames, loops_known, end_sd_px=(0.0, 0.0)):
     """Return the search for a body in a picture so many frames after one, at the same place."""
-    last = PropagatedBody(path, 0.95, 0.95, loops_known=loops_known)
+    last = PropagatedBody(path, 0.95, 0.95, end_sd_px=end_sd_px, loops_known=loops_known)
     nothing, settings = np.zeros((9, 9), np.uint8), PropagationSettings()
     model = BodyModel(
         length=path.length,
@@ -145,6 +145,8 @@ def search_after(path, width, frames, loops_known):
         pytest.param(2.5, 3, True, True, id="two frames are missing"),
         pytest.param(2.5, 6, True, False, id="not followed meanwhile"),
         pytest.param(0.8, 1, True, False, id="its strands may have crossed unseen"),
+        pytest.param(0.55, 1, False, False, id="a width broad where flanks are soft"),
+        pytest.param(0.3, 1, False, True, id="narrower than a width"),
     ],
 )
 def test_a_loop_that_the_other_way_round_is_straighter_is_told_where_it_was_known_and_followed(
@@ -171,6 +173,16 @@ def test_a_loop_whose_strands_were_exchanged_is_not_passed_as_it_was_known():
     search = search_after(path, 15.0, 1, loops_known=True)
     assert search.loops_known(candidate(path))
     assert not search.loops_known(replace(candidate(path), was_exchanged=True))
+
+
+@pytest.mark.parametrize(("sd_widths", "is_known"), [(0.2, True), (0.6, True), (4.0, False)])
+def test_a_loop_is_not_passed_as_it_was_known_where_the_ends_may_have_changed_places(
+    sd_widths, is_known
+):
+    """Its ends lie as far apart as its legs do, unseen where they are that unsure."""
+    path = kinked_loop(2.5, 15.0)
+    search = search_after(path, 15.0, 1, loops_known=True, end_sd_px=(sd_widths * 15.0, 0.0))
+    assert search.loops_known(candidate(path)) is is_known
 
 
 def test_a_body_that_leaves_something_over_is_not_told_whatever_is_known_of_its_loops():
@@ -239,7 +251,7 @@ def tapered_body(turned):
     s = np.linspace(0.0, drawn.length, n)
     widths = rounded_widths(s, width) * np.clip(1.0 - 0.1 * (s / width - 6.0), 0.2, 1.0)
     path = BodyPath(evenly(drawn.curve, 240))
-    mask, _ = strands(drawn.mask.shape, path.points, widths, width, BodyResidualSettings())
+    mask, *_ = strands(drawn.mask.shape, path.points, widths, width, BodyResidualSettings())
     search = search_after(path, width, 1, loops_known=True)
     search = replace(
         search,

@@ -14,6 +14,7 @@ from worm_tracker.midline.curve import (
     length_of,
     tangents,
 )
+from worm_tracker.midline.self_cover import ends_kept
 from worm_tracker.observation import Observation
 from worm_tracker.worm_track import WormTrack
 
@@ -221,6 +222,8 @@ class Chain:
             reliability = min(reliability, self._settings.leap_reliability)
         elif same_path:
             reliability = max(reliability, self._settings.same_path_reliability)
+        if any(observation.occluded):
+            reliability = min(reliability, ends_kept(points, observation.seen_end_sd_px))
         motion = self._motion(points, last)
         if any(observation.end_sd_px):
             motion = None  # a body that lies on itself hides how its parts move

@@ -41,6 +41,8 @@ class BodyResidualSettings:
     hairpin_half_widths: float = 0.6
     least_hairpin_rad: float = 2.0
     """Turn over twice that length from which on a bend is a hairpin: its sides are two strands."""
+    beside_hairpin_widths: float = 5.0
+    """How far along the body two strands are apart at most that lie beside each other there."""
     kink_rad: float = 0.25
     """Turn between two points of a midline from which on it is drawn with a round joint."""
     dark_over_darkening: float = 0.5
@@ -119,7 +121,7 @@ class Unexplained:
     in_water : float
         Body where there is no object.
     overlap : float
-        Dark places under one strand, or two strands in places that are not dark.
+        Dark places under one strand, or two strands on each other in places that are not dark.
     agreement : float
         Intersection over union of body and object.
     near : ndarray of uint8, shape (h, w)
@@ -180,7 +182,7 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
     widths : ndarray, shape (n,)
     """
     mask, dark, rim = seen.mask, seen.dark, seen.rim
-    body, twice = strands(mask.shape, points, widths, seen.width, seen.settings)
+    body, twice, layered = strands(mask.shape, points, widths, seen.width, seen.settings)
     near = _grown(body, rim)
     left_over = cv2.bitwise_and(mask, cv2.bitwise_not(near))
     wanted = left_over
@@ -192,10 +194,10 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
         wanted = cv2.bitwise_or(wanted, single)
         if seen.shaded is not None:
             overlap = misjudged_layers(
-                seen.shaded, points, widths, once, _shrunk(twice, rim), seen.settings.shade
+                seen.shaded, points, widths, once, _shrunk(layered, rim), seen.settings.shade
             )
         else:
-            pale = cv2.bitwise_and(_shrunk(twice, rim), seen.beyond_dark)
+            pale = cv2.bitwise_and(_shrunk(layered, rim), seen.beyond_dark)
             overlap = _largest_area(_shrunk(single, rim)) + _largest_area(pale)
     scale = seen.width**-2
     return Unexplained(
@@ -214,8 +216,12 @@ def strands(
     widths: Floats,
     width: float,
     settings: BodyResidualSettings,
-) -> tuple[Picture, Picture]:
-    """Draw a body; return where it is, and where two strands of it are; 0 or 255."""
+) -> tuple[Picture, Picture, Picture]:
+    """Draw a body; return where it is, where two strands of it are, and on each other; 0 or 255.
+
+    Near a hairpin two strands lie beside each other rather than on each other, however tight it is
+    drawn: a body is as high as it is wide. Such a place may be dark or not.
+    """
     line = as_complex(points)
     tangent = np.gradient(line)
     tangent /= np.maximum(np.abs(tangent), 1e-9)
@@ -228,7 +234,8 @@ def strands(
     kinks = 1 + np.flatnonzero(sharp)
     quads = np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
     number = np.zeros(shape, np.uint8)  # of the last piece that covers a pixel, from 2 on
-    twice = np.zeros(shape, np.uint8)
+    twice, layered = np.zeros((2, *shape), np.uint8)
+    far = np.searchsorted(s[cuts], s[cuts] - settings.beside_hairpin_widths * width)
     for k in range(len(cuts) - 1):
         part = slice(cuts[k], cuts[k + 1] + 1)
         quads_here = quads[part.start : part.stop - 1]
@@ -247,8 +254,10 @@ def strands(
             cv2.fillConvexPoly(piece, quad, 255, cv2.LINE_8, 4)
         others = cv2.inRange(before, 1, k)  # k is that of the piece before the last one
         twice[window] |= np.asarray(cv2.bitwise_and(piece, others), np.uint8)
+        others = cv2.inRange(before, 1, int(far[k]))
+        layered[window] |= np.asarray(cv2.bitwise_and(piece, others), np.uint8)
         np.copyto(before, np.uint8(k + 2), where=piece.view(np.bool_))
-    return np.asarray((number > 0).view(np.uint8) * 255, np.uint8), twice
+    return np.asarray((number > 0).view(np.uint8) * 255, np.uint8), twice, layered
 
 
 def _cuts(

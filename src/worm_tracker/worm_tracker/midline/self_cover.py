@@ -6,6 +6,7 @@ tells them.
 
 from dataclasses import dataclass
 from functools import cache
+from math import exp, hypot
 
 import numpy as np
 
@@ -122,3 +123,21 @@ def ends_on_body(
     first = abs(path[apart:] - path[0]) < near_px
     last = abs(path[: max(len(path) - apart, 0)] - path[-1]) < near_px
     return bool(first.any()), bool(last.any())
+
+
+def ends_kept(points: Floats, end_sd_px: tuple[float, float]) -> float:
+    """Return the probability, 0.5 to 1, that no end of a body was taken for its other one.
+
+    Where they lie so near each other that either may be where the other is said to be, the one
+    that is seen next may be either: a body that is slid along itself goes on with it.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 2)
+        The midline.
+    end_sd_px : tuple of float
+        How surely its first and its last end are where they are said to be.
+    """
+    sd = hypot(*end_sd_px)
+    apart = float(np.hypot(*(points[0] - points[-1])))
+    return 1 - exp(-((apart / sd) ** 2) / 2) / 2 if sd > 0 else 1.0

@@ -25,7 +25,7 @@ from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
 from worm_tracker.midline.path_following import ExpectedBody, slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.regrown_ends import regrown
-from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
+from worm_tracker.midline.self_cover import ends_kept, ends_on_body, lies_near_itself
 from worm_tracker.midline.strand_exchange import doubtful_loops, exchanged_strands
 from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.propagation_settings import PropagationSettings
@@ -177,15 +177,19 @@ class CandidateSearch:
         """Tell whether it is known which way round the loops of a body are passed.
 
         One in doubt that has been followed, and open, since it was known is passed as it was; one
-        whose strands have just been exchanged is passed the other way.
+        whose strands have just been exchanged is passed the other way, and so may be all of a body
+        whose ends were taken for each other.
         """
         settings = self.settings
-        marks = (0.0, 1.0)
-        if _is_marked(self.model, settings):
-            marks = -settings.bend_lost_in_marks_rad2, settings.least_breadth_in_marks_widths
-        breadths = doubtful_loops(found.path, self.model.width, settings.exchange, *marks)
+        lost = settings.bend_lost_in_marks_rad2 if _is_marked(self.model, settings) else 0.0
+        breadths = doubtful_loops(
+            found.path, self.model.width, settings.exchange, -lost, settings.least_breadth_widths
+        )
         open_px = settings.open_loop_widths * self.model.width
         was_known = self.body.loops_known and self.is_followed and not found.was_exchanged
+        if max(self.body.end_sd_px) > settings.most_end_sd_widths * self.model.width:
+            kept = ends_kept(self.body.points, self.body.end_sd_px)
+            was_known = was_known and kept > settings.least_ends_kept
         return not breadths or (was_known and min(breadths) > open_px)
 
     def over_limits(self, found: Candidate) -> float:

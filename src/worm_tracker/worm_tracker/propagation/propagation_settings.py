@@ -70,14 +70,18 @@ class PropagationSettings:
     open_loop_widths: float = 2.0
     """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
     cross each other unseen."""
+    least_breadth_widths: float = 0.85
+    """Breadth of a loop from which on it may be in doubt which way round it is passed. Its strands
+    may then lie a width apart: what is told as the width is up to a sixth less than the outline's,
+    where flanks are soft."""
+    least_ends_kept: float = 0.95
+    """How probable it is at least that ends were not taken for each other, for what lies between
+    them to be passed as it was."""
     least_marks: float = 0.06
     """How far a skin's signal differs along it, over itself, from which on it has marks: they hide
     where two strands lie on each other."""
     bend_lost_in_marks_rad2: float = 0.15
-    least_breadth_in_marks_widths: float = 0.85
-    """How much less straight the other way past a loop may then be and still be in doubt, and the
-    breadth of a loop from which on that is a width aside: marked flanks are soft, and what is told
-    as the width is up to a sixth less than the outline's."""
+    """How much less straight the other way past a loop may then be and still be in doubt."""
     most_frames_followed: int = 3
     """From a picture so many frames of 15 a second ago a body is followed with its ends and loops:
     a few may be missing, or the camera be slow."""
