@@ -88,7 +88,8 @@ class FollowerSettings:
     cut_length_over_last: float = 0.97
     """The same over the length a frame before: a stroke takes off no more in a frame."""
     most_cut_after_fold_widths2: float = 1.4
-    """What may be cut off after a fold, squared widths: more may be an end that comes out of it."""
+    """What may be cut off after a fold of a known body, squared widths: more may be an end that
+    comes out of it."""
     loop_hole_widths2: float = 20.0
     """Hole, in squared widths, that is a loop's, not a bubble's."""
     sought_again_frames: int = 4
@@ -223,8 +224,9 @@ class Follower:
         cut_off = np.asarray(whole.object_pixels() & ~view.object_pixels())
         if holds_wormlike_piece(cut_off, width, settings.blobs):
             return True
+        after_fold = self._track.frames_unresolved > 0 and not (model is None or model.is_young)
         most = settings.most_cut_after_fold_widths2 * width**2
-        if self._track.frames_unresolved and np.count_nonzero(cut_off) > most:
+        if after_fold and np.count_nonzero(cut_off) > most:
             return True
         hole = whole.blob.hole_area / width**2
         touching = hole > settings.most_hole_widths2 and whole.goes_on_at(found.points, width)
