@@ -3,7 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from benchmarks import fold_films
+from benchmarks.drawn_lines import POINTS, LineLook, light_and_wall, picture_of
 from benchmarks.fold_films import fold_film
 
 
@@ -28,3 +30,26 @@ def test_a_film_is_kept_with_its_truth_until_the_drawing_changes(tmp_path, monke
     other = replace(short, width_mm=0.9 * short.width_mm)
     monkeypatch.setattr(fold_films, "_motion", lambda name: other)
     assert fold_film("4001", "coarse", tmp_path).width_px < film.width_px
+
+
+def test_lines_are_darker_where_they_cross_and_not_beside_a_hairpin():
+    look = LineLook(px_per_mm=10.0, noise=0.0)
+    turn = np.linspace(-np.pi / 2, 3 * np.pi / 2, 400)[:, np.newaxis]
+    loop = np.c_[30 * np.cos(turn), 30 * np.sin(turn)] + [100.0, 130.0]
+    arm = np.linspace(-60.0, 0.0, 150)[:, np.newaxis]
+    crossing = np.r_[arm * [1, 0] + [100, 100], loop, -arm[::-1] * [1, 0] + [100, 100]]
+    hairpin = np.r_[arm * [1, 0] + [120, 100], -arm[::-1] * [-1, 0] + [120, 101.0]]
+    light, wall = light_and_wall(look)
+    greys = []
+    for line in (crossing, hairpin):
+        at = np.linspace(0, len(line) - 1, POINTS)
+        even = np.c_[
+            np.interp(at, np.arange(len(line)), line[:, 0]),
+            np.interp(at, np.arange(len(line)), line[:, 1]),
+        ]
+        greys.append(picture_of(even, np.full(POINTS, 6.0), look, light, wall, seed=0))
+    crossed, folded = greys
+    once = 0.45 * light[100, 60]
+    assert crossed[100, 60] == pytest.approx(once, rel=0.05)
+    assert crossed[100, 100] < 0.75 * once
+    assert folded[100, 118] == pytest.approx(once, rel=0.1)
