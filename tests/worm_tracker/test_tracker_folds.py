@@ -15,14 +15,21 @@ from worm_tracker.tracker import Tracker
 WORMS = Path(__file__).parents[2] / "bags" / "source" / "folded_worms.npz"
 
 
-def tracked(name, first, last, look_name="darker"):
-    """Return what the tracker says of a stretch of a film, and the true bodies."""
+HOUR_NS = 3600 * 10**9
+
+
+def tracked(name, first, last, look_name="darker", paused_at=None):
+    """Return what the tracker says of a stretch of a film, and the true bodies.
+
+    The recording stands still for an hour before the frame `paused_at`.
+    """
     look, worm = LOOKS[look_name], read_folded_worms(WORMS)[name]
     worm = replace(worm, midlines_mm=worm.midlines_mm[first:last])
     tracker, given, bodies = Tracker(TrackerParameters()), [], []
     for frame, body in film_worm(rig_for(look, seed=int(name)), worm, look):
+        late_ns = HOUR_NS * (paused_at is not None and first + len(bodies) >= paused_at)
         bodies.append(body)
-        given += tracker.push(frame.picture, frame.stamp_ns)
+        given += tracker.push(frame.picture, frame.stamp_ns + late_ns)
     return given + tracker.finish(), bodies
 
 
@@ -62,3 +69,12 @@ def test_a_loop_whose_end_was_cut_off_with_debris_is_not_told_as_an_open_body():
     assert all(is_folded(body) for body in bodies[-27:])
     assert np.isfinite(cut_off).mean() > 0.8  # it has been followed into the loop
     assert np.nanmax(cut_off) < 1.0
+
+
+def test_a_recording_that_paused_for_an_hour_in_a_fold_goes_on():
+    """A way foretold for an hour would lead through a hundred metres of path."""
+    given, bodies = tracked("4002", 225, 290, paused_at=282)
+    assert is_folded(bodies[282 - 225])
+    assert [one.state.frame for one in given] == list(range(len(bodies)))
+    off = np.array([off_widths(one, body) for one, body in zip(given, bodies, strict=True)])
+    assert not (off > 1.0).any(), "what is told is right, on either side"

@@ -10,7 +10,9 @@ class FrameIntervalSettings:
     """What is a long interval."""
 
     step_ns: int = 66_666_667
-    """What a worm can do in a frame was is bounded for 15 frames a second."""
+    """What a worm can do in a frame is bounded for 15 frames a second."""
+    most_steps: int = 15
+    """After a second a worm may be anywhere: what it did before tells no more."""
     memory_frames: int = 31
     """The usual interval is the median of so many: odd, so that it is one of them."""
     least_intervals: int = 3
@@ -24,7 +26,7 @@ class Elapsed:
     Attributes
     ----------
     steps : int
-        Frames of 15 a second, at least 1: the limits on what a worm does are for one of them.
+        Frames of 15 a second, 1 to 15: the limits on what a worm does are for one of them.
     frames_missing : int
         Frames that are missing, by the recording's usual interval.
     """
@@ -68,4 +70,5 @@ class FrameIntervals:
         known = len(self._usual) >= self._settings.least_intervals
         missing = round(interval_ns / median(self._usual)) - 1 if known else 0
         self._usual.append(interval_ns)
-        return Elapsed(max(round(interval_ns / self._settings.step_ns), 1), max(missing, 0))
+        steps = min(max(round(interval_ns / self._settings.step_ns), 1), self._settings.most_steps)
+        return Elapsed(steps, max(missing, 0))

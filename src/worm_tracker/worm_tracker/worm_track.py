@@ -11,6 +11,9 @@ from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.curve import transformed_points
 from worm_tracker.midline.path import BodyPath, path_of
 
+MOST_FRAMES_SKIPPED = 15
+"""Frames without a view of the rig, a second, from which on more make no difference."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PropagatedBody:
@@ -199,8 +202,11 @@ class WormTrack:
         self.frames_unresolved = 0
 
     def skip(self, frames: int = 1) -> None:
-        """Take so many frames in which the rig is not seen: the worm moves on meanwhile."""
-        self.frames_lost += frames
+        """Take so many frames in which the rig is not seen: the worm moves on meanwhile.
+
+        A way that is foretold for longer than a second leads nowhere, however long it is.
+        """
+        self.frames_lost = min(self.frames_lost + frames, MOST_FRAMES_SKIPPED)
 
     def link(self, points: Floats) -> None:
         """Take a midline, in the order of its ends that links it to those before."""
