@@ -34,6 +34,7 @@ OPEN = "open"
 OPEN_FRAMES, OPEN_FPS = 1000, 25.0
 MIDLINE_POINTS = 241
 LINE_QUALITY = 95
+PER_FRAME = ("stamp_ns", "midline_px", "half_width_px", "centroid_px", "folded", "contact")
 
 FILMS = tuple(
     (worm, look)
@@ -145,10 +146,7 @@ def _drawn(name: str, look_name: str, frames: int | None = None) -> dict[str, ND
     look = LOOKS[look_name]
     rig = _rig(name, look)
     part = np.linspace(0.0, 1.0, MIDLINE_POINTS)
-    rows: dict[str, list[object]] = {
-        key: []
-        for key in ("stamp_ns", "midline_px", "half_width_px", "centroid_px", "folded", "contact")
-    }
+    rows: dict[str, list[object]] = {key: [] for key in PER_FRAME}
     jpegs: list[bytes] = []
     width_px = 0.0
     for frame, true_body in filmed(name, look_name, frames):
@@ -173,10 +171,7 @@ def _drawn_of_lines(
     worm, look = _motion(name), LINE_LOOKS[look_name]
     light, wall = light_and_wall(look)
     width_px = float(worm.width_mm[20:-20].mean()) * look.px_per_mm
-    rows: dict[str, list[object]] = {
-        key: []
-        for key in ("stamp_ns", "midline_px", "half_width_px", "centroid_px", "folded", "contact")
-    }
+    rows: dict[str, list[object]] = {key: [] for key in PER_FRAME}
     jpegs: list[bytes] = []
     for frame in range(len(worm.midlines_mm[:frames])):
         line, widths = true_line_px(worm, frame, look)
