@@ -219,6 +219,32 @@ def test_a_way_back_with_a_hidden_end_stops_where_the_body_was_followed_elsewher
     assert told == told_frames
 
 
+def crawling(**more):
+    """Return midlines of a worm that crawls on as far as tells its head."""
+    way = np.arange(0.0, 3 * LENGTH, 4.0)
+    return [replace(midline(**more), points=LINE + np.array([along, 0.0])) for along in way]
+
+
+def test_no_head_is_told_for_certain_of_a_body_that_may_be_laid_double():
+    waiting = [*crawling(kept=SEEN)[:-1], crawling()[-1]]
+    sure = [one.state for one in queue_of(*waiting).finish()]
+    doubted = [one.state for one in queue_of(*waiting).finish(body_in_doubt=True)]
+    assert min(state.head_certainty for state in sure) > 0.95
+    assert {state.head_certainty for state in doubted[:-1]} == {0.5}
+    assert doubted[-1].head_certainty == sure[-1].head_certainty  # found once the body was known
+    assert [state.status for state in doubted] == [state.status for state in sure]
+
+
+def test_what_a_young_body_told_of_a_fold_is_taken_back_with_it():
+    queue = queue_of(coil(), coil(), midline(kept=SEEN))
+    queue.go_back(Back())
+    assert len(queue.coils()) == 0
+    queue.reopen()
+    queue.push(PendingFrame(3, 3 * FRAME_NS, midline(kept=SEEN), None))
+    (run,) = queue.coils()
+    assert [pending.frame for pending in run.frames] == [0, 1, 2]
+
+
 FOLLOWED = replace(midline(seen_end_sd_px=(0.0, 0.1 * WIDTH)), status=Status.END_HIDDEN)
 """A body that was followed, whose end lies on it."""
 

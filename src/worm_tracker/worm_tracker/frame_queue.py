@@ -2,7 +2,7 @@
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 from worm_msgs_py.contract.body import TrackedFrame
@@ -10,6 +10,7 @@ from worm_msgs_py.contract.status import Status
 from worm_msgs_py.files.corrections import Correction
 from worm_tracker.frame_state import PendingFrame, tracked_frame
 from worm_tracker.head_tail.identity import (
+    LEAST_CERTAINTY,
     Exchange,
     ExchangeKind,
     HeadTail,
@@ -83,13 +84,18 @@ class _WayBack:
                 if followed is not None and not is_told and followed.contradicts(observation):
                     self.runs[0].frames.clear()  # one was lost, and nothing tells which
                 else:
-                    pending.observation = told_of_fold(
-                        pending.observation, observation, self.agreement
-                    )
+                    self._tell(pending, observation)
                 return True
             self.runs.popleft()
             self.told.popleft()
         return False
+
+    def _tell(self, pending: PendingFrame, back: Observation) -> None:
+        """Tell a frame of the run; it may be taken back while the body that opened it may be."""
+        told = told_of_fold(pending.observation, back, self.agreement)
+        if self.runs[0].opened.observation.kept is not None and told.seen is None:
+            told = replace(told, kept=pending.observation.seen)
+        pending.observation = told
 
 
 class FrameQueue:
@@ -239,25 +245,32 @@ class FrameQueue:
         self._end_way_back()
         self._link_oldest(len(self._waiting))
 
-    def release(self) -> list[TrackedFrame]:
-        """Return the frames that need not wait any longer."""
+    def release(self, body_in_doubt: bool = False) -> list[TrackedFrame]:
+        """Return the frames that need not wait any longer.
+
+        Parameters
+        ----------
+        body_in_doubt : bool
+            Whether what is known of the body now may be that of a worm laid double: neither end of
+            what was found by it is told as the head for certain.
+        """
         over = len(self) - self._hold_back_frames
         if over > 0:
             self._end_way_back()
         self._link_oldest(min(len(self._waiting), over - len(self._linked)))
         if self._head_tail.corrected or (self._head_tail.certain and not self._body_is_new):
-            return self._give(len(self._linked))
+            return self._give(len(self._linked), body_in_doubt)
         free = 0
         for pending in self._linked:
             if pending.observation.has_midline:
                 break
             free += 1
-        return self._give(max(free, min(over, len(self._linked))))
+        return self._give(max(free, min(over, len(self._linked))), body_in_doubt)
 
-    def finish(self) -> list[TrackedFrame]:
-        """Return all frames that wait; none comes after them."""
+    def finish(self, body_in_doubt: bool = False) -> list[TrackedFrame]:
+        """Return all frames that wait, as `release` does; none comes after them."""
         self.link_all()
-        return self._give(len(self._linked))
+        return self._give(len(self._linked), body_in_doubt)
 
     def swap_head(self, next_frame: int, last_ns: int) -> Exchange | None:
         """Exchange head and tail on an operator's word, for the frames that wait and all to come.
@@ -344,15 +357,17 @@ class FrameQueue:
         if after < 0 and self._head_first is not None:
             self._head_first = not self._head_first
 
-    def _give(self, count: int) -> list[TrackedFrame]:
+    def _give(self, count: int, body_in_doubt: bool) -> list[TrackedFrame]:
         """Return the oldest frames with the head as it is known by now."""
         if count <= 0:
             return []
         odds = self._head_tail.log_odds
         head_first, sure = odds >= 0, certainty(odds)
         certainties = []
+        unsure = body_in_doubt and not self._head_tail.corrected
         for pending in reversed(self._linked):
-            certainties.append(sure)
+            by_young_body = pending.observation.kept is not None
+            certainties.append(LEAST_CERTAINTY if unsure and by_young_body else sure)
             sure = certainty_before_link(sure, pending.reliability)
         certainties.reverse()
         return [

@@ -220,9 +220,9 @@ class Tracker:
             self._queue.reopen()
         self._queue.push(PendingFrame(frame, stamp_ns, observation, self.geometry, elapsed))
         model = self._track.model
-        if self._queue.is_due(model is not None and model.is_learned and not model.is_changing):
+        if self._queue.is_due(model is not None and model.is_learned and not model.varies):
             self._go_back(self._settings.frames_back_per_frame)
-        return self._queue.release()
+        return self._queue.release(self._body_in_doubt)
 
     def swap_head(self) -> Exchange | None:
         """Exchange head and tail on an operator's word, for the rest of the trial.
@@ -234,6 +234,12 @@ class Tracker:
             seen that could be turned round.
         """
         return self._queue.swap_head(self._frames, self._last_ns)
+
+    @property
+    def _body_in_doubt(self) -> bool:
+        """Whether what is known of the worm's body may be that of one laid double."""
+        model = self._track.model
+        return model is not None and model.varies
 
     def finish(self) -> list[TrackedFrame]:
         """Return the frames that are still held back; the film is over.
@@ -252,7 +258,7 @@ class Tracker:
         if self._stages is None and self._not_found:
             raise self._not_found[-1]
         self._go_back()
-        return self._queue.finish()
+        return self._queue.finish(self._body_in_doubt)
 
     def _obey_requests(self) -> None:
         """Do what an operator asked for after the last picture, when these were first tracked."""

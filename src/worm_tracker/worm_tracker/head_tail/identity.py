@@ -344,6 +344,10 @@ class HeadTail:
         self._decided = sign
 
 
+LEAST_CERTAINTY = 0.5
+"""That of a head which may as well be the tail."""
+
+
 def certainty(log_odds: float) -> float:
     """Return the probability of the likelier way round, 0.5 to 1."""
     return 1 / (1 + exp(-abs(log_odds)))

@@ -33,6 +33,12 @@ class BodyModelSettings:
     """Midlines from which on it is known whether they are of one open body; mean difference of its
     profile from picture to picture, relative, and part of the pictures in which it looks doubled,
     beyond both of which they are not: a fold travels along the body."""
+    varying_frames: int = 500
+    most_profile_scatter_of_wide: float = 0.03
+    wide_px: float = 12.0
+    """Midlines until which a body as wide as this stays young while its profile scatters by more:
+    it may be laid double, and look like a shorter open one. Narrower ones differ as much by their
+    noise. One that has not grown for so long is believed."""
     profile_end_part: float = 0.125
     profile_nodes: int = 5
     """How much of either end its profile leaves out, and over how many nodes it is taken."""
@@ -179,7 +185,15 @@ class BodyModel:
     @property
     def is_young(self) -> bool:
         """Whether the body may yet turn out to be another one."""
-        return self.frames < self.settings.young_frames or self.is_changing
+        return self.frames < self.settings.young_frames or self.varies
+
+    @property
+    def varies(self) -> bool:
+        """Whether its profile differs from picture to picture by more than an open body's does."""
+        settings = self.settings
+        differs = self.profile_scatter > settings.most_profile_scatter_of_wide
+        wide = self.width > settings.wide_px
+        return self.is_changing or (wide and differs and self.frames < settings.varying_frames)
 
     def is_outgrown_by(self, length: float) -> bool:
         """Tell whether a length shows that the first midlines were of a body laid double."""
