@@ -80,6 +80,11 @@ def test_a_wide_body_that_has_not_grown_in_500_pictures_is_believed():
     assert not learned(bodies, doubled=False).varies
 
 
+def test_a_body_that_was_known_for_long_does_not_become_unknown_by_a_fold():
+    alike = [body(2 * marked(k).widths, marked(k).levels) for k in range(160)]
+    assert not learned([*alike, *(laid_double(k, 20.0) for k in range(60))], doubled=False).varies
+
+
 @given(brighter=st.floats(0.5, 2.0), wider=st.floats(0.8, 1.25))
 def test_a_profile_differs_by_its_shape_alone(brighter, wider):
     model = learned([marked(0)], doubled=False)

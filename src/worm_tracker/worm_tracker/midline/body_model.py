@@ -85,6 +85,8 @@ class BodyModel:
         Mean difference of what it darkens along it, relative: of one open body it stays the same.
     looking_doubled : float
         Part of the last midlines that looked like a body laid double.
+    is_settled : bool
+        Whether it has been the same for so many frames that it is no other one.
     settings : BodyModelSettings
     shade : BodyShade or None
         Signal of one layer of it, place by place; None before it was seen.
@@ -106,6 +108,7 @@ class BodyModel:
     length_scatter: float = 0.02
     profile_scatter: float = 0.0
     looking_doubled: float = 0.0
+    is_settled: bool = False
     shade: BodyShade | None = None
     frames: int = 1
 
@@ -134,7 +137,7 @@ class BodyModel:
         """Return the model with one midline more, whose widths are in the order of the others."""
         rate = max(1 / (self.frames + 1), self.settings.least_weight_of_new_frame)
         off = abs(log(length_of(midline.points) / self.length))
-        return BodyModel(
+        model = BodyModel(
             length=self.length + rate * (length_of(midline.points) - self.length),
             width=self.width + rate * (mean_width(midline.widths) - self.width),
             area=self.area + rate * (area - self.area),
@@ -151,9 +154,11 @@ class BodyModel:
             + rate * (self.profile_difference(midline) - self.profile_scatter),
             looking_doubled=self.looking_doubled + rate * (doubled - self.looking_doubled),
             first_length=self.first_length,
+            is_settled=self.is_settled,
             shade=self.shade,
             frames=self.frames + 1,
         )
+        return model if model.is_young else replace(model, is_settled=True)
 
     def profile_difference(self, midline: RefinedMidline) -> float:
         """Return how far what a midline's body darkens, from place to place, is not this one's.
@@ -192,8 +197,8 @@ class BodyModel:
         """Whether its profile differs from picture to picture by more than an open body's does."""
         settings = self.settings
         differs = self.profile_scatter > settings.most_profile_scatter_of_wide
-        wide = self.width > settings.wide_px
-        return self.is_changing or (wide and differs and self.frames < settings.varying_frames)
+        new = not self.is_settled and self.frames < settings.varying_frames
+        return self.is_changing or (new and differs and self.width > settings.wide_px)
 
     def is_outgrown_by(self, length: float) -> bool:
         """Tell whether a length shows that the first midlines were of a body laid double."""
