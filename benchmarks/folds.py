@@ -69,8 +69,9 @@ class FrameScore:
     head_px, centroid_px : float
         Errors.
     midline_px, by_arc_px : float
-        Largest distance of the midlines: in order, and at the same part of their lengths. For a
-        midline with a hidden end the first is how far it strays from the true one.
+        Largest distance of the midlines: in order, and at the same part of their lengths. Of a
+        midline with a loop in doubt the first is that of what is told; for one with a hidden end
+        it is how far it strays from the true one.
     off_worm_px : float
         How far the midline is out in the water.
     swapped, in_wall : bool
@@ -102,12 +103,18 @@ def score(tracked: TrackedFrame, film: FoldFilm, frame: int) -> FrameScore:
     status, certainty = state.status.label, state.head_certainty
     if not np.isfinite(head).all():
         return FrameScore(status, certainty, state.status.has_pose, centroid_px=centroid_px)
-    found = np.c_[line.u_px, line.v_px]
-    found = found[np.isfinite(found).all(axis=1)]
+    given = np.c_[line.u_px, line.v_px]
+    told = np.isfinite(given).all(axis=1)
+    found = given[told]
     head_px = float(np.hypot(*(head - true[0])))
     strays = np.hypot(*np.moveaxis(found[:, np.newaxis] - true, 2, 0))
-    whole = state.status.has_pose and len(found) > 1
+    whole = state.status.has_pose and told.all()
+    in_parts = state.status.has_pose and not whole
     even, even_true = (_even(found), _even(true)) if whole else (found, true)
+    if whole:
+        midline_px = frechet_px(even, even_true)
+    else:
+        midline_px = _largest_of_parts(given, true) if in_parts else _largest(strays.min(axis=1))
     x_mm, y_mm = 1e3 * state.head.x_m, 1e3 * state.head.y_m
     at_exit = x_mm > 0 and abs(y_mm) < 0.5 * film.exit_width_mm
     r_mm = float(np.hypot(x_mm, y_mm))
@@ -118,7 +125,7 @@ def score(tracked: TrackedFrame, film: FoldFilm, frame: int) -> FrameScore:
         has_pose=state.status.has_pose,
         head_px=head_px,
         centroid_px=centroid_px,
-        midline_px=frechet_px(even, even_true) if whole else _largest(strays.min(axis=1)),
+        midline_px=midline_px,
         by_arc_px=float(np.hypot(*(even - even_true).T).max()) if whole else np.nan,
         off_worm_px=_largest((strays - half).min(axis=1)),
         swapped=bool(np.hypot(*(head - true[-1])) < head_px),
@@ -129,6 +136,37 @@ def score(tracked: TrackedFrame, film: FoldFilm, frame: int) -> FrameScore:
 
 def _largest(values: NDArray[np.float64]) -> float:
     return float(values.max()) if len(values) else np.nan
+
+
+def _largest_of_parts(given: NDArray[np.float64], true: NDArray[np.float64]) -> float:
+    """Return the largest distance of what is told of a midline, NaN elsewhere, from the true one.
+
+    Each part in order along the true part between where it comes nearest to the part's ends, which
+    is sought no farther along it than an eighth of the length from where the ends are.
+    """
+    told = np.isfinite(given).all(axis=1)
+    edges = np.flatnonzero(np.diff(np.r_[False, told, False]))
+    even = _even(true)
+    away = []
+    for first, behind in edges.reshape(-1, 2):
+        part = given[first:behind]
+        ends = [
+            _nearest(even, point, at / (len(given) - 1))
+            for point, at in ((part[0], first), (part[-1], behind - 1))
+        ]
+        along = even[min(ends) : max(ends) + 1]
+        if len(part) > 1 and len(along) > 1:
+            away.append(frechet_px(_even(part), _even(along)))
+        else:
+            away.append(float(np.hypot(*(part[:, np.newaxis] - along).reshape(-1, 2).T).max()))
+    return _largest(np.array(away))
+
+
+def _nearest(line: NDArray[np.float64], point: NDArray[np.float64], part: float) -> int:
+    """Return the node of a line nearest to a point, sought about a part of its length."""
+    reach, at = len(line) // 8, round(part * (len(line) - 1))
+    near = np.arange(max(at - reach, 0), min(at + reach + 1, len(line)))
+    return int(near[np.hypot(*(line[near] - point).T).argmin()])
 
 
 def _even(line: NDArray[np.float64]) -> NDArray[np.float64]:

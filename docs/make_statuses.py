@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from worm_model.simulator.folded_worms import LOOKS, film_worm, read_folded_worms, rig_for
 from worm_model.simulator.rig import Body, Optics, Rig, clear_view, draw, expose
 from worm_model.simulator.rig.disturbances import add_glare
 from worm_msgs_py import Status, TrackedFrame
@@ -22,6 +23,7 @@ from worm_tracker.tracker import Tracker
 
 Picture = NDArray[np.uint8]
 OUT = Path(__file__).parent / "statuses"
+WORMS = Path(__file__).parents[1] / "bags" / "source" / "folded_worms.npz"
 RIG = Rig(
     width_px=512,
     height_px=512,
@@ -68,8 +70,16 @@ def films() -> dict[Status, list[Picture]]:
         Status.AMBIGUOUS: [*seen, *empty, np.minimum(*(draw(RIG, body, 30) for body in pair))],
         Status.BRIDGED: [glaring(worm, k, 0.5) for k, worm in enumerate(worms)],
         Status.FOLDED: [draw(RIG, looping(k), k) for k in range(60)],
+        Status.LOOP_IN_DOUBT: filmed("4001", 40),
         Status.END_HIDDEN: [glaring(worm, k, 0.0) for k, worm in enumerate(worms)],
     }
+
+
+def filmed(name: str, frames: int) -> list[Picture]:
+    """Return the first pictures of a worm that folds much."""
+    look, worm = LOOKS["coarse"], read_folded_worms(WORMS)[name]
+    worm = replace(worm, midlines_mm=worm.midlines_mm[:frames])
+    return [frame.picture for frame, _ in film_worm(rig_for(look, seed=int(name)), worm, look)]
 
 
 def glaring(worm: Body, frame: int, at: float) -> Picture:
@@ -135,24 +145,30 @@ def with_midline(picture: Picture, tracked: TrackedFrame) -> Picture:
     """Draw what was found."""
     colour = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
     line = np.stack([tracked.midline.u_px, tracked.midline.v_px], axis=1)
-    line = line[np.isfinite(line).all(axis=1)]
-    if len(line):
-        cv2.polylines(colour, [np.rint(16 * line).astype(np.int32)], False, AMBER, 1, 16, 4)
+    told = np.isfinite(line).all(axis=1)
+    seen = np.ma.masked_invalid(line[:, 0])
+    for part in np.ma.clump_unmasked(seen) if len(line) else ():
+        stretch = np.rint(16 * line[part]).astype(np.int32)
+        cv2.polylines(colour, [stretch], False, AMBER, 1, cv2.LINE_AA, 4)
     if np.isfinite(tracked.state.head.u_px):
-        head = tuple(np.rint(16 * line[0]).astype(int).tolist())
+        head = tuple(np.rint(16 * line[told][0]).astype(int).tolist())
         cv2.circle(colour, head, 48, BLUE, -1, cv2.LINE_AA, 4)
     return np.asarray(colour, np.uint8)
 
 
 def cropped(picture: Picture, tracked: TrackedFrame) -> Picture:
-    """Return the worm's surroundings; all of the picture, smaller, where it was not seen."""
+    """Return the worm's surroundings; smaller if it is long, or all of the picture if not seen."""
     at = np.array([tracked.state.centroid.u_px, tracked.state.centroid.v_px])
     height, width = picture.shape[:2]
     if not np.isfinite(at).all():
         small = cv2.resize(picture, (CROP, CROP), interpolation=cv2.INTER_AREA)
         return np.asarray(small, np.uint8)
-    u, v = np.clip(np.rint(at).astype(int) - CROP // 2, 0, (width - CROP, height - CROP))
-    return picture[v : v + CROP, u : u + CROP]
+    line = np.stack([tracked.midline.u_px, tracked.midline.v_px], axis=1)
+    far = np.nanmax(np.abs(line - at)) if len(line) else 0.0
+    side = CROP if far < CROP / 2 else min(2 * round(far + 20.0), width, height)
+    u, v = np.clip(np.rint(at).astype(int) - side // 2, 0, (width - side, height - side))
+    crop = picture[v : v + side, u : u + side]
+    return np.asarray(cv2.resize(crop, (CROP, CROP), interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def head_tip() -> Picture:

@@ -245,6 +245,42 @@ def test_what_a_young_body_told_of_a_fold_is_taken_back_with_it():
     assert [pending.frame for pending in run.frames] == [0, 1, 2]
 
 
+@pytest.mark.parametrize(("in_doubt", "yaw_known"), [((20, 90), True), ((9, 100), False)])
+def test_head_and_tail_of_a_body_with_a_loop_in_doubt_are_told_and_the_loop_is_not(
+    in_doubt, yaw_known
+):
+    doubted = replace(midline(in_doubt=in_doubt, unresolved=SEEN), status=Status.LOOP_IN_DOUBT)
+    whole, told = queue_of(midline(), doubted).finish()
+    assert told.state.status.has_pose
+    for end in ("head", "tail"):
+        place, known = getattr(told.state, end), getattr(whole.state, end)
+        assert (place.u_px, place.v_px) == (known.u_px, known.v_px)
+    assert np.isfinite(told.state.head.yaw_rad) == yaw_known
+    assert told.state.length_px == pytest.approx(whole.state.length_px)  # alike either way
+    in_loop = np.zeros(len(LINE), bool)
+    in_loop[slice(*in_doubt)] = True
+    for values in (told.midline.u_px, told.midline.v_px, told.midline.width_px):
+        np.testing.assert_array_equal(np.isnan(values), in_loop)
+
+
+def test_of_a_fold_the_way_back_tells_which_way_round_its_loop_was_passed():
+    doubted = replace(midline(in_doubt=(30, 90), unresolved=SEEN), status=Status.LOOP_IN_DOUBT)
+    queue = queue_of(doubted, midline())
+    queue.go_back(lambda opened, detections: iter([replace(midline(), status=Status.FOLDED)]))
+    first, _ = queue.finish()
+    assert first.state.status is Status.FOLDED
+    assert np.isfinite(first.midline.u_px).all()
+
+
+@pytest.mark.parametrize("hidden", [(0, 5), (5, 0)])
+def test_a_body_whose_ends_are_both_seen_is_told_rather_than_one_whose_loops_are(hidden):
+    doubted = replace(midline(in_doubt=(30, 90), unresolved=SEEN), status=Status.LOOP_IN_DOUBT)
+    back = replace(midline(), status=Status.END_HIDDEN, occluded=hidden)
+    queue = queue_of(doubted, midline())
+    queue.go_back(lambda opened, detections: iter([back]))
+    assert queue.finish()[0].state.status is Status.LOOP_IN_DOUBT
+
+
 FOLLOWED = replace(midline(seen_end_sd_px=(0.0, 0.1 * WIDTH)), status=Status.END_HIDDEN)
 """A body that was followed, whose end lies on it."""
 
@@ -255,7 +291,7 @@ FOLLOWED = replace(midline(seen_end_sd_px=(0.0, 0.1 * WIDTH)), status=Status.END
         pytest.param(0.2, {}, True, id="the same body"),
         pytest.param(0.4, {}, False, id="another one"),
         pytest.param(0.2, {"over_limits": 1.5}, False, id="something is left over"),
-        pytest.param(0.2, {"loops_known": False}, False, id="both ways may go wrong alike"),
+        pytest.param(0.2, {"in_doubt": (20, 80)}, False, id="both ways may go wrong alike"),
         pytest.param(0.2, {"seen_end_sd_px": (0.0, 0.6 * WIDTH)}, False, id="no end is seen"),
     ],
 )

@@ -9,6 +9,7 @@ import pytest
 from worm_model.evaluation.distances import resampled
 from worm_model.simulator.folded_worms import LOOKS, film_worm, read_folded_worms, rig_for
 from worm_model.simulator.rig.strands import is_folded
+from worm_msgs_py import Status
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
@@ -34,13 +35,25 @@ def tracked(name, first, last, look_name="darker", paused_at=None):
 
 
 def off_widths(one, body):
-    """Return how far the midline is off at most, either way round, in widths; NaN without one."""
-    line = resampled(np.stack([one.midline.u_px, one.midline.v_px], axis=1))
-    if line is None or not one.state.status.has_pose:
+    """Return how far the midline is off at most, either way round, in widths; NaN without one.
+
+    Where a loop is in doubt, how far what is told of it strays from the body.
+    """
+    if not one.state.status.has_pose:
         return np.nan
-    true = resampled(body.points_px)
+    line = np.stack([one.midline.u_px, one.midline.v_px], axis=1)
+    if one.state.status is Status.LOOP_IN_DOUBT:
+        return strays_px(line, body).max() / body.mean_width_px
+    line, true = resampled(line), resampled(body.points_px)
     away = min(np.abs(way - true).max() for way in (line, line[::-1]))
     return away / body.mean_width_px
+
+
+def strays_px(line, body):
+    """Return how far the points told of a midline are from the body's."""
+    told = line[np.isfinite(line).all(axis=1)]
+    true = body.at(np.linspace(0.0, body.length_px, 400))
+    return np.hypot(*np.moveaxis(told[:, np.newaxis] - true, 2, 0)).min(axis=1)
 
 
 @pytest.mark.parametrize(
@@ -78,3 +91,18 @@ def test_a_recording_that_paused_for_an_hour_in_a_fold_goes_on():
     assert [one.state.frame for one in given] == list(range(len(bodies)))
     off = np.array([off_widths(one, body) for one, body in zip(given, bodies, strict=True)])
     assert not (off > 1.0).any(), "what is told is right, on either side"
+
+
+def test_where_a_loop_may_be_passed_either_way_round_the_rest_of_the_body_is_told():
+    given, bodies = tracked("4001", 0, 40, "coarse")
+    doubted = [one for one in given if one.state.status is Status.LOOP_IN_DOUBT]
+    assert doubted
+    for one in doubted:
+        body, state = bodies[one.state.frame], one.state
+        ends = [(end.u_px, end.v_px) for end in (state.head, state.tail)]
+        off = np.hypot(*(np.array(ends) - body.points_px[[0, -1]]).T)
+        assert off.max() < body.mean_width_px
+        line = np.stack([one.midline.u_px, one.midline.v_px], axis=1)
+        assert 0.1 < np.isfinite(line).all(axis=1).mean() < 1.0
+        assert strays_px(line, body).max() < 0.5 * body.mean_width_px
+        assert state.length_px == pytest.approx(body.length_px, rel=0.03)

@@ -16,6 +16,8 @@ from worm_tracker.midline.curve import arc_length
 from worm_tracker.observation import Observation
 
 _UNKNOWN = np.full(2, nan)
+END_PART = 0.1
+"""Part of the midline over which the direction of either end is taken."""
 
 
 @dataclass(eq=False, slots=True)
@@ -100,12 +102,21 @@ def tracked_frame(
 
 
 def _tips(seen: Observation, chamber: Chamber | None, scale: float) -> tuple[Keypoint, Keypoint]:
-    """Return head and tail of an observation, head first; without coordinates if not seen."""
+    """Return head and tail of an observation, head first; without coordinates if not seen.
+
+    Without a direction where the midline beside them may be another.
+    """
     points, head, tail = seen.points, Keypoint(), Keypoint()
+    last = len(points) - 1
+    first_in_doubt, behind = (last, 0) if seen.loops_known else seen.in_doubt
     if seen.has_midline and not seen.occluded[0]:
-        head = _keypoint(points[0], points[0] - _point_at(points, 0.1), chamber, scale)
+        ahead = points[0] - _point_at(points, END_PART)
+        ahead = ahead if first_in_doubt > END_PART * last else _UNKNOWN
+        head = _keypoint(points[0], ahead, chamber, scale)
     if seen.has_midline and not seen.occluded[1]:
-        tail = _keypoint(points[-1], _point_at(points, 0.9) - points[-1], chamber, scale)
+        ahead = _point_at(points, 1 - END_PART) - points[-1]
+        ahead = ahead if behind - 1 < (1 - END_PART) * last else _UNKNOWN
+        tail = _keypoint(points[-1], ahead, chamber, scale)
     return head, tail
 
 
@@ -113,10 +124,11 @@ def _midline(seen: Observation, chamber: Chamber | None, scale: float) -> Midlin
     """Return the midline of an observation, head first; NaN where it was not seen."""
     points, widths = seen.points, seen.widths.copy()
     s = arc_length(points)
-    if any(seen.occluded):
+    if not seen.shows_all:
         head, tail = seen.occluded
         unseen = np.ones(len(points), bool)
         unseen[head : len(points) - tail] = False
+        unseen[slice(*seen.in_doubt)] = True
         points, s[unseen], widths[unseen] = points.copy(), nan, nan
         points[unseen] = nan
     x, y = _metres(points[:, 0], points[:, 1], chamber, scale)

@@ -33,8 +33,9 @@ class Observation:
     seen_end_sd_px : tuple of float
         The same by what is seen of them and their way alone: how well the worm keeps its length,
         which is all that tells an end on a body of one shade, is not counted.
-    loops_known : bool
-        Whether it is known which way round the loops of a folded body are passed.
+    in_doubt : tuple of int
+        From which of the midline's points to before which it lies in loops that may be passed
+        either way round; (0, 0) where there are none.
     unresolved : Detection or None
         Where the body is coiled, or folded with a hidden end: what a later frame needs to tell how
         it lay.
@@ -64,7 +65,7 @@ class Observation:
     appearance: Floats | None = None
     end_sd_px: tuple[float, float] = (0.0, 0.0)
     seen_end_sd_px: tuple[float, float] = (0.0, 0.0)
-    loops_known: bool = True
+    in_doubt: tuple[int, int] = (0, 0)
     unresolved: Detection | None = None
     kept: Detection | None = None
     followed: "Observation | None" = None
@@ -76,6 +77,21 @@ class Observation:
     def has_midline(self) -> bool:
         """Whether the body was resolved."""
         return len(self.points) > 0
+
+    @property
+    def loops_known(self) -> bool:
+        """Whether it is known which way round the loops of a folded body are passed."""
+        return self.in_doubt == (0, 0)
+
+    @property
+    def in_doubt_as_followed(self) -> "Observation | None":
+        """How the body may lie, where that is not known for all of it between its ends."""
+        return self.followed if self.loops_known else self
+
+    @property
+    def shows_all(self) -> bool:
+        """Whether all of its midline is told."""
+        return self.loops_known and not any(self.occluded)
 
     @property
     def explains(self) -> bool:
@@ -111,7 +127,14 @@ class Observation:
             points=self.points[::-1],
             widths=self.widths[::-1],
             occluded=self.occluded[::-1],
+            in_doubt=self._in_doubt_reversed(),
             end_sd_px=self.end_sd_px[::-1],
             seen_end_sd_px=self.seen_end_sd_px[::-1],
             appearance=None if self.appearance is None else -self.appearance,
         )
+
+    def _in_doubt_reversed(self) -> tuple[int, int]:
+        if self.loops_known:
+            return self.in_doubt
+        first, behind = self.in_doubt
+        return len(self.points) - behind, len(self.points) - first

@@ -36,8 +36,9 @@ class PropagatedBody:
     straighter : float
         How much straighter it would have been in the last frames with two of its strands exchanged
         where they meet, rad².
-    loops_known : bool
-        Whether it is known which way round its loops are passed.
+    loop_in_doubt : tuple of float, or None
+        The part of its length, from where to where, that lies in loops of which it is not known
+        which way round they are passed; None where it is.
     frames_unexplained : int
         How many pictures lie between it and the last one that it explained; 0 where it explains
         this one. It stays, whatever is explained later, where its strands may have changed places
@@ -55,7 +56,7 @@ class PropagatedBody:
     end_sd_px: tuple[float, float] = (0.0, 0.0)
     over_limits: float = 0.0
     straighter: float = 0.0
-    loops_known: bool = True
+    loop_in_doubt: tuple[float, float] | None = None
     frames_unexplained: int = 0
     turned_round: bool = False
     was_slid: bool = False
@@ -66,9 +67,14 @@ class PropagatedBody:
         return self.path.points
 
     @property
+    def loops_known(self) -> bool:
+        """Whether it is known which way round its loops are passed."""
+        return self.loop_in_doubt is None
+
+    @property
     def is_explained(self) -> bool:
-        """Whether it explains its object, and no other body does that lies elsewhere."""
-        return self.over_limits <= 1 and self.loops_known and not self.frames_unexplained
+        """Whether it explains its object, and no other body does that has its ends elsewhere."""
+        return self.over_limits <= 1 and not self.frames_unexplained
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -60,7 +60,7 @@ def test_every_doubtful_frame_is_in_one_stretch_of_its_kind(statuses, data):
         status = Status.from_label(label)
         tracks["status"][row] = label
         tracks["head_certainty"][row] = 0.99 if sure[row] else 0.89
-        if status in (Status.FOLDED, Status.COILED):
+        if status in (Status.FOLDED, Status.LOOP_IN_DOUBT, Status.COILED):
             doubtful[Doubt.FOLDED].add(row)
         elif not status.may_have_head:
             doubtful[Doubt.LOST].add(row)

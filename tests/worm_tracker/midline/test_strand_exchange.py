@@ -10,6 +10,7 @@ from worm_tracker.midline.strand_exchange import (
     StrandExchangeSettings,
     doubtful_loops,
     exchanged_strands,
+    part_of,
 )
 
 WIDTH = 15.0
@@ -64,9 +65,20 @@ def test_a_loop_is_in_doubt_by_its_breadth_where_the_other_way_round_is_straight
 ):
     straight, kinked = sorted(loop(heading, radius_widths), key=bends)
     assert doubtful_loops(path_through(straight), WIDTH, SETTINGS) == []
-    breadths = doubtful_loops(path_through(kinked), WIDTH, SETTINGS)
-    assert breadths
-    assert max(breadths) == pytest.approx(2 * radius_widths * WIDTH, rel=0.2)
+    loops = doubtful_loops(path_through(kinked), WIDTH, SETTINGS)
+    breadth_px = max(loop.breadth_px for loop in loops)
+    assert breadth_px == pytest.approx(2 * radius_widths * WIDTH, rel=0.2)
+
+
+@given(heading=HEADINGS, radius_widths=st.floats(1.0, 4.0))
+def test_outside_a_loop_in_doubt_the_body_lies_alike_either_way_round(heading, radius_widths):
+    one, other = (evenly(way, 400) for way in loop(heading, radius_widths))
+    kinked = max((one, other), key=bends)
+    first, last = part_of(doubtful_loops(path_through(kinked), WIDTH, SETTINGS))
+    part = np.linspace(0, 1, 400)
+    apart = np.abs(one - other) / WIDTH
+    assert apart[(part < first) | (part > last)].max() < 0.3
+    assert apart[(part > first) & (part < last)].max() > 1.0
 
 
 def test_a_loop_no_broader_than_the_body_leaves_none_of_it_a_width_off():

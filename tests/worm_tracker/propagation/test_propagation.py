@@ -119,7 +119,8 @@ def kinked_loop(radius_widths, width):
 
 def search_after(path, width, frames, loops_known, end_sd_px=(0.0, 0.0)):
     """Return the search for a body in a picture so many frames after one, at the same place."""
-    last = PropagatedBody(path, 0.95, 0.95, end_sd_px=end_sd_px, loops_known=loops_known)
+    in_doubt = None if loops_known else (0.2, 0.8)
+    last = PropagatedBody(path, 0.95, 0.95, end_sd_px=end_sd_px, loop_in_doubt=in_doubt)
     nothing, settings = np.zeros((9, 9), np.uint8), PropagationSettings()
     model = BodyModel(
         length=path.length,
@@ -155,9 +156,9 @@ def test_a_loop_that_the_other_way_round_is_straighter_is_told_where_it_was_know
     width = 15.0
     path = kinked_loop(radius_widths, width)
     search = search_after(path, width, frames, was_known)
-    known = search.loops_known(candidate(path))
-    assert known is is_known
-    assert replace(search.body, loops_known=known).is_explained is is_known
+    in_doubt = search.loop_in_doubt(candidate(path))
+    assert (in_doubt is None) is is_known
+    assert replace(search.body, loop_in_doubt=in_doubt).loops_known is is_known
 
 
 @pytest.mark.parametrize("was_known", [True, False])
@@ -165,14 +166,14 @@ def test_a_loop_that_is_straighter_as_it_is_is_known_by_itself(was_known):
     width = 15.0
     arcs = laid([(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)], width)
     crossing = BodyPath(evenly(arcs, 240))
-    assert search_after(crossing, width, 1, was_known).loops_known(candidate(crossing))
+    assert search_after(crossing, width, 1, was_known).loop_in_doubt(candidate(crossing)) is None
 
 
 def test_a_loop_whose_strands_were_exchanged_is_not_passed_as_it_was_known():
     path = kinked_loop(2.5, 15.0)
     search = search_after(path, 15.0, 1, loops_known=True)
-    assert search.loops_known(candidate(path))
-    assert not search.loops_known(replace(candidate(path), was_exchanged=True))
+    assert search.loop_in_doubt(candidate(path)) is None
+    assert search.loop_in_doubt(replace(candidate(path), was_exchanged=True)) is not None
 
 
 @pytest.mark.parametrize(("sd_widths", "is_known"), [(0.2, True), (0.6, True), (4.0, False)])
@@ -182,11 +183,11 @@ def test_a_loop_is_not_passed_as_it_was_known_where_the_ends_may_have_changed_pl
     """Its ends lie as far apart as its legs do, unseen where they are that unsure."""
     path = kinked_loop(2.5, 15.0)
     search = search_after(path, 15.0, 1, loops_known=True, end_sd_px=(sd_widths * 15.0, 0.0))
-    assert search.loops_known(candidate(path)) is is_known
+    assert (search.loop_in_doubt(candidate(path)) is None) is is_known
 
 
 def test_a_body_that_leaves_something_over_is_not_told_whatever_is_known_of_its_loops():
-    body = PropagatedBody(kinked_loop(2.5, 15.0), 0.95, 0.95, over_limits=1.2, loops_known=True)
+    body = PropagatedBody(kinked_loop(2.5, 15.0), 0.95, 0.95, over_limits=1.2)
     assert not body.is_explained
 
 
@@ -361,6 +362,33 @@ def test_an_end_against_the_body_of_one_shade_is_as_sure_as_the_length(longer, s
     pale = np.where(np.arange(len(widths)) > 0.75 * len(widths), 45.0, 100.0)  # but for a pale one
     faint = replace(dark, levels=pale, length_scatter=0.03)
     assert observation_of(body, faint, 0.95, PropagationSettings()).status is Status.END_HIDDEN
+
+
+@pytest.mark.parametrize(
+    ("end_sd_widths", "status"),
+    [
+        pytest.param(0.1, Status.LOOP_IN_DOUBT, id="both ends are seen"),
+        pytest.param(0.6, Status.END_HIDDEN, id="an end is not seen either"),
+    ],
+)
+def test_what_lies_outside_a_loop_in_doubt_is_told(end_sd_widths, status):
+    width = 15.0
+    path = kinked_loop(2.5, width)
+    search = search_after(path, width, 1, loops_known=False)
+    ends = (0.1 * width, end_sd_widths * width)
+    part = search.loop_in_doubt(candidate(path))
+    body = PropagatedBody(path, 0.95, 0.95, 0j, ends, loop_in_doubt=part)
+    told = observation_of(body, search.model, 0.95, PropagationSettings())
+    assert told.status is status
+    first, behind = told.in_doubt
+    meeting = np.abs(told.points[:, 0] + 1j * told.points[:, 1])  # the strands meet in (0, 0)
+    assert (meeting[[first, behind - 1]] < 1.5 * width).all()
+    n = len(told.points)
+    assert 0 < first < n / 3
+    assert 2 * n / 3 < behind < n
+    back = told.reversed()
+    assert back.in_doubt == (n - behind, n - first)
+    assert back.reversed().in_doubt == told.in_doubt
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,8 @@ class DoubtSettings:
 
 
 DOUBT = DoubtSettings()
+FOLDS = (Status.FOLDED, Status.LOOP_IN_DOUBT, Status.COILED)
+"""Of a body that touches or crosses itself."""
 
 
 class Doubt(StrEnum):
@@ -94,7 +96,7 @@ def doubtful_stretches(tracks: Columns, settings: DoubtSettings = DOUBT) -> list
     """
     status = tracks["status"]
     told = np.isin(status, [each.label for each in Status if each.may_have_head])
-    folded = np.isin(status, [Status.FOLDED.label, Status.COILED.label])
+    folded = np.isin(status, [each.label for each in FOLDS])
     flagged = {
         Doubt.UNSURE_HEAD: told & (tracks["head_certainty"] < SURE_HEAD_CERTAINTY),
         Doubt.FOLDED: folded,

@@ -22,6 +22,7 @@ class Status(IntEnum):
     BRIDGED = 9
     END_HIDDEN = 10
     FOLDED = 11
+    LOOP_IN_DOUBT = 12
 
     @property
     def label(self) -> str:
@@ -30,8 +31,9 @@ class Status(IntEnum):
 
     @property
     def has_pose(self) -> bool:
-        """Whether head, centroid, tail and midline are given."""
-        return self in (Status.TRACKED, Status.BRIDGED, Status.FOLDED)
+        """Whether head, centroid and tail are given."""
+        with_pose = (Status.TRACKED, Status.BRIDGED, Status.FOLDED, Status.LOOP_IN_DOUBT)
+        return self in with_pose
 
     @property
     def may_have_head(self) -> bool:
@@ -69,5 +71,7 @@ _REASONS = {
     "interpolated.",
     Status.FOLDED: "The body touches or crosses itself; head, centroid, tail and midline were "
     "found.",
+    Status.LOOP_IN_DOUBT: "The body touches or crosses itself, and a loop of it may be passed "
+    "either way round; head, centroid and tail were found, the midline in the loop is not given.",
     Status.END_HIDDEN: "An end of the body was hidden; it is not given, nor is the midline there.",
 }

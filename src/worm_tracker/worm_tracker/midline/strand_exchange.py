@@ -36,6 +36,23 @@ class StrandExchangeSettings:
     frame: strands that slide past each other bend for a moment."""
 
 
+@dataclass(frozen=True, slots=True)
+class DoubtfulLoop:
+    """A loop of which the picture does not tell which way round it is passed.
+
+    Attributes
+    ----------
+    first, last : float
+        Where it begins and ends, parts of the body's length: the rest lies alike either way.
+    breadth_px : float
+        How far a part of the body lies elsewhere the other way.
+    """
+
+    first: float
+    last: float
+    breadth_px: float
+
+
 def exchanged_strands(
     path: BodyPath, width: float, settings: StrandExchangeSettings
 ) -> tuple[BodyPath | None, float]:
@@ -63,11 +80,10 @@ def doubtful_loops(
     settings: StrandExchangeSettings,
     least_gain_rad2: float = 0.0,
     least_breadth_widths: float = 1.0,
-) -> list[float]:
-    """Return the breadths of the loops that are straighter if passed the other way round, pixels.
+) -> list[DoubtfulLoop]:
+    """Return the loops that are straighter if passed the other way round.
 
-    The picture shows the same then, but a part of the body lies elsewhere: by as much as this.
-    Loops no broader than a width are left out.
+    The picture shows the same then, but a part of the body lies elsewhere.
 
     Parameters
     ----------
@@ -80,13 +96,23 @@ def doubtful_loops(
     least_breadth_widths : float
         Breadth of the loops that are left out.
     """
-    breadths = []
+    loops = []
+    last_node = len(path.curve) - 1
+    joint = _joint(width, path.step, settings)
     for i, j, gain, _ in _other_ways(path.curve, width, path.step, settings):
         loop = path.curve[i : j + 1]
         breadth = float(np.abs(loop - loop[::-1]).max())
         if gain > least_gain_rad2 and breadth > least_breadth_widths * width:
-            breadths.append(breadth)
-    return breadths
+            first, last = (i - joint) / last_node, (j + joint) / last_node
+            loops.append(DoubtfulLoop(first, last, breadth))
+    return loops
+
+
+def part_of(loops: list[DoubtfulLoop]) -> tuple[float, float] | None:
+    """Return the part of the body's length that lies in some loops, or between them."""
+    if not loops:
+        return None
+    return min(loop.first for loop in loops), max(loop.last for loop in loops)
 
 
 def _other_ways(
@@ -94,7 +120,7 @@ def _other_ways(
 ) -> Iterator[tuple[int, int, float, Complex]]:
     """Yield each exchange: its two nodes, how much straighter it is (rad²), and the curve."""
     window = round(settings.window_widths * width / step)
-    joint = max(2, round(settings.joint_widths * width / step))
+    joint = _joint(width, step, settings)
     reach = max(2, round(settings.direction_stretch_widths * width / step))
     turn2: Floats | None = None
     for i, j in _meetings(curve, width, step, settings):
@@ -104,6 +130,11 @@ def _other_ways(
         again = _exchanged(curve, i, j, joint)
         gain = _near(turn2, i, j, window) - _near(_turn2(again, reach), i, j, window)
         yield i, j, gain, again
+
+
+def _joint(width: float, step: float, settings: StrandExchangeSettings) -> int:
+    """Return how many nodes to either side of a meeting are laid anew."""
+    return max(2, round(settings.joint_widths * width / step))
 
 
 def _meetings(

@@ -13,7 +13,7 @@ from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.path import path_of
 from worm_tracker.midline.refine import RefinedMidline
-from worm_tracker.midline.strand_exchange import doubtful_loops
+from worm_tracker.midline.strand_exchange import doubtful_loops, part_of
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
@@ -66,8 +66,10 @@ class BackwardPropagation:
     ) -> None:
         path = path_of(opened.points, None, model.width)
         self._model, self._settings, self._contour_body = model, settings, contour_body
-        known = not doubtful_loops(path, model.width, settings.exchange)
-        self._last = PropagatedBody(path, opened.confidence, opened.confidence, loops_known=known)
+        loops = doubtful_loops(path, model.width, settings.exchange)
+        self._last = PropagatedBody(
+            path, opened.confidence, opened.confidence, loop_in_doubt=part_of(loops)
+        )
         self._before: Floats | None = None
         self._fits = 0
         self._left = list(reversed(detections))

@@ -26,7 +26,7 @@ from worm_tracker.midline.path_following import ExpectedBody, slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.regrown_ends import regrown
 from worm_tracker.midline.self_cover import ends_kept, ends_on_body, lies_near_itself
-from worm_tracker.midline.strand_exchange import doubtful_loops, exchanged_strands
+from worm_tracker.midline.strand_exchange import doubtful_loops, exchanged_strands, part_of
 from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -125,7 +125,7 @@ class CandidateSearch:
             (max(first, lacks_first * width), max(last, lacks_last * width)),
             self.over_limits(found),
             found.straighter,
-            self.loops_known(found),
+            self.loop_in_doubt(found),
             self.frames_unexplained(found),
             found.turned_round,
         )
@@ -173,24 +173,28 @@ class CandidateSearch:
         most = -settings.least_bend_of_other_way_rad2
         return not doubtful_loops(found.path, self.model.width, settings.exchange, most)
 
-    def loops_known(self, found: Candidate) -> bool:
-        """Tell whether it is known which way round the loops of a body are passed.
+    def loop_in_doubt(self, found: Candidate) -> tuple[float, float] | None:
+        """Return the part of a body that lies in loops which may be passed either way round.
 
         One in doubt that has been followed, and open, since it was known is passed as it was; one
         whose strands have just been exchanged is passed the other way, and so may be all of a body
         whose ends were taken for each other.
         """
         settings = self.settings
-        lost = settings.bend_lost_in_marks_rad2 if _is_marked(self.model, settings) else 0.0
-        breadths = doubtful_loops(
-            found.path, self.model.width, settings.exchange, -lost, settings.least_breadth_widths
+        loops = doubtful_loops(
+            found.path,
+            self.model.width,
+            settings.doubt,
+            -settings.bend_lost_rad2,
+            settings.least_breadth_widths,
         )
         open_px = settings.open_loop_widths * self.model.width
         was_known = self.body.loops_known and self.is_followed and not found.was_exchanged
         if max(self.body.end_sd_px) > settings.most_end_sd_widths * self.model.width:
             kept = ends_kept(self.body.points, self.body.end_sd_px)
             was_known = was_known and kept > settings.least_ends_kept
-        return not breadths or (was_known and min(breadths) > open_px)
+        known = was_known and all(loop.breadth_px > open_px for loop in loops)
+        return None if known else part_of(loops)
 
     def over_limits(self, found: Candidate) -> float:
         """Return how many times what may be left over is."""

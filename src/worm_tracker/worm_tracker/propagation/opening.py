@@ -46,7 +46,7 @@ def told_of_fold(
     confirmed = _confirmed(_followed(there), _followed(back), agreement)
     if confirmed is not None:
         return confirmed
-    if back.has_midline and max(back.end_sd_px) < _end_sd(there):
+    if back.has_midline and _unsure(back) < _unsure(there):
         return back
     if not there.has_midline and back.followed is not None:
         return replace(there, followed=back.followed)
@@ -100,6 +100,9 @@ def _confirm_each_other(one: Observation, other: Observation, settings: Agreemen
     return apart < settings.most_apart_widths * one.width
 
 
-def _end_sd(observation: Observation) -> float:
-    """Return how unsure the less sure end of a midline is, pixels; infinity without a midline."""
-    return max(observation.end_sd_px) if observation.has_midline else inf
+def _unsure(observation: Observation) -> tuple[bool, bool, float]:
+    """Return how little is told of a body: first that both ends are, then its loops count."""
+    if not observation.has_midline:
+        return True, True, inf
+    ends_hidden = any(observation.occluded)
+    return ends_hidden, not observation.loops_known, max(observation.end_sd_px)

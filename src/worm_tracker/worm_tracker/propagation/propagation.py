@@ -5,7 +5,7 @@ body is fitted.
 """
 
 from dataclasses import replace
-from math import ceil, log
+from math import ceil, floor, log
 
 import cv2
 import numpy as np
@@ -116,6 +116,7 @@ def observation_of(
         most_sd = settings.most_end_sd_in_darker_overlap_widths
     first, last = (0 if sd < most_sd * width else 1 + ceil(2 * sd / step) for sd in end_sd_px)
     seen = Status.FOLDED if folded else Status.TRACKED
+    seen = seen if body.loops_known else Status.LOOP_IN_DOUBT
     return Observation(
         Status.END_HIDDEN if first or last else seen,
         u,
@@ -127,10 +128,17 @@ def observation_of(
         occluded=(min(first, len(body.points)), min(last, len(body.points))),
         end_sd_px=end_sd_px,
         seen_end_sd_px=body.end_sd_px,
-        loops_known=body.loops_known,
+        in_doubt=_points_of(body.loop_in_doubt, len(body.points)),
         over_limits=body.over_limits,
         turned_round=body.turned_round,
     )
+
+
+def _points_of(part: tuple[float, float] | None, count: int) -> tuple[int, int]:
+    """Return from which of a midline's points to before which a part of its length is."""
+    if part is None:
+        return 0, 0
+    return floor(part[0] * (count - 1)), 1 + ceil(part[1] * (count - 1))
 
 
 def _end_sd_px(

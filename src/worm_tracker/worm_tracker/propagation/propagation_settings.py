@@ -80,8 +80,9 @@ class PropagationSettings:
     least_marks: float = 0.06
     """How far a skin's signal differs along it, over itself, from which on it has marks: they hide
     where two strands lie on each other."""
-    bend_lost_in_marks_rad2: float = 0.15
-    """How much less straight the other way past a loop may then be and still be in doubt."""
+    bend_lost_rad2: float = 0.15
+    """How much less straight the other way past a loop may be and still be in doubt: bends are
+    measured to so much, less well where marks hide where two strands lie on each other."""
     most_frames_followed: int = 3
     """From a picture so many frames of 15 a second ago a body is followed with its ends and loops:
     a few may be missing, or the camera be slow."""
@@ -99,6 +100,10 @@ class PropagationSettings:
     """Pictures in which a body may be fitted that does not slide there: many would take long."""
     regrow: RegrownEndsSettings = field(default_factory=RegrownEndsSettings)
     exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)
+    doubt: StrandExchangeSettings = field(
+        default_factory=lambda: StrandExchangeSettings(most_apart_widths=1.0)
+    )
+    """Strands may have crossed unseen wherever they touch, not only where they are exchanged."""
     shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
     residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
     path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
