@@ -225,8 +225,9 @@ def crawling(**more):
     return [replace(midline(**more), points=LINE + np.array([along, 0.0])) for along in way]
 
 
-def test_no_head_is_told_for_certain_of_a_body_that_may_be_laid_double():
-    waiting = [*crawling(kept=SEEN)[:-1], crawling()[-1]]
+@pytest.mark.parametrize("why", ["kept", "unresolved"])
+def test_no_head_is_told_for_certain_of_a_body_that_may_be_laid_double(why):
+    waiting = [*crawling(**{why: SEEN})[:-1], crawling()[-1]]
     sure = [one.state for one in queue_of(*waiting).finish()]
     doubted = [one.state for one in queue_of(*waiting).finish(body_in_doubt=True)]
     assert min(state.head_certainty for state in sure) > 0.95

@@ -367,7 +367,7 @@ class FrameQueue:
         certainties = []
         unsure = body_in_doubt and not self._head_tail.corrected
         for pending in reversed(self._linked):
-            by_young_body = pending.observation.kept is not None
+            by_young_body = pending.observation.seen is not None
             certainties.append(LEAST_CERTAINTY if unsure and by_young_body else sure)
             sure = certainty_before_link(sure, pending.reliability)
         certainties.reverse()
