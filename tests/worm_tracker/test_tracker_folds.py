@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.drawn_lines import LINE_LOOKS, light_and_wall, picture_of, true_line_px
 
 from worm_model.evaluation.distances import resampled
 from worm_model.simulator.folded_worms import LOOKS, film_worm, read_folded_worms, rig_for
@@ -106,3 +107,21 @@ def test_where_a_loop_may_be_passed_either_way_round_the_rest_of_the_body_is_tol
         assert 0.1 < np.isfinite(line).all(axis=1).mean() < 1.0
         assert strays_px(line, body).max() < 0.5 * body.mean_width_px
         assert state.length_px == pytest.approx(body.length_px, rel=0.03)
+
+
+def test_no_head_is_told_for_certain_of_a_worm_that_lies_exactly_double_all_the_time():
+    """Of one shade it looks like a shorter worm that crawls: its head is not at an end.
+
+    Drawn by other means than the rig's.
+    """
+    look, worm = LINE_LOOKS["lines_one_shade"], read_folded_worms(WORMS)["4006"]
+    light, wall = light_and_wall(look)
+    tracker, given = Tracker(TrackerParameters()), []
+    for frame in range(400, 480):
+        line, widths = true_line_px(worm, frame, look)
+        picture = picture_of(line, widths, look, light, wall, seed=frame)
+        given += tracker.push(picture, frame * 40_000_000)
+    given += tracker.finish()
+    posed = [one.state for one in given if one.state.status.has_pose]
+    assert len(posed) > 40
+    assert max(state.head_certainty for state in posed) < 0.9
