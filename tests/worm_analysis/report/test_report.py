@@ -6,10 +6,12 @@ import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from types import SimpleNamespace
 
 import pytest
 from report_page import PAPER, figure, rows, words
 
+from worm_analysis.report.report import frames_with_pose
 from worm_msgs_py import Status
 
 
@@ -71,12 +73,18 @@ def test_header_says_what_the_trial_was(whole, page):
     text = words(page)
     assert "<h1>walker</h1>" in page
     assert f"{summary['frames']['read']} frames over 79.92 s (12 frames/s)" in text
-    assert f"a pose in {summary['frames']['tracked']}" in text
+    with_pose = sum(summary["frames"].get(s.label, 0) for s in Status if s.has_pose)
+    assert f"a pose in {with_pose}" in text
     assert f"no worm{summary['frames']['no_worm']}{Status.NO_WORM.reason}" in text
     assert "residual of the circle (px)0.31" in text
     assert "worm-escape 0.1.0" in text
     assert "contact factor0.3" in text
     assert "0" * 64 in text
+
+
+def test_frames_of_a_folded_worm_have_a_pose():
+    counts = {"read": 20, "tracked": 3, "folded": 5, "loop_in_doubt": 2, "bridged": 1, "coiled": 9}
+    assert frames_with_pose(SimpleNamespace(frames=counts)) == 11
 
 
 def test_numbers_stand_beside_the_papers_with_interval_and_n(whole, page):

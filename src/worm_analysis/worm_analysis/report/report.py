@@ -156,6 +156,7 @@ def trial_context(results: Results) -> dict[str, Any]:
         "results": results,
         "degrees": degrees,
         "frames": frame_counts(results),
+        "frames_with_pose": frames_with_pose(results),
         "seconds": float(results.t_s[-1]) if len(results.t_s) else 0.0,
         "frame_rate": _frame_rate(results),
         "events": _event_counts(results),
@@ -166,6 +167,11 @@ def trial_context(results: Results) -> dict[str, Any]:
         "verdicts": verdict_in_words(rows),
         "walk": parameters_written(results),
     }
+
+
+def frames_with_pose(results: Results) -> int:
+    """Return how many frames have a status with a pose: of a folded worm, too."""
+    return sum(results.frames.get(status.label, 0) for status in Status if status.has_pose)
 
 
 def frame_counts(results: Results) -> list[tuple[str, int, str]]:
