@@ -145,14 +145,14 @@ def with_midline(picture: Picture, tracked: TrackedFrame) -> Picture:
     """Draw what was found."""
     colour = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR)
     line = np.stack([tracked.midline.u_px, tracked.midline.v_px], axis=1)
-    told = np.isfinite(line).all(axis=1)
     seen = np.ma.masked_invalid(line[:, 0])
     for part in np.ma.clump_unmasked(seen) if len(line) else ():
         stretch = np.rint(16 * line[part]).astype(np.int32)
         cv2.polylines(colour, [stretch], False, AMBER, 1, cv2.LINE_AA, 4)
-    if np.isfinite(tracked.state.head.u_px):
-        head = tuple(np.rint(16 * line[told][0]).astype(int).tolist())
-        cv2.circle(colour, head, 48, BLUE, -1, cv2.LINE_AA, 4)
+    head = tracked.state.head
+    if np.isfinite(head.u_px):
+        at = (round(16 * head.u_px), round(16 * head.v_px))
+        cv2.circle(colour, at, 48, BLUE, -1, cv2.LINE_AA, 4)
     return np.asarray(colour, np.uint8)
 
 

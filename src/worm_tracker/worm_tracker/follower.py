@@ -138,9 +138,9 @@ class Follower:
         self._track.see(detection.blob, points, propagated)
         observation = observation.on_path(self._track.bodies.path_number)
         if points is not None and detection.occlusion is not None:
-            if not observation.loops_known:
-                return coiled(detection, observation)
-            return self._with_occlusion(observation, detection.occlusion)
+            if observation.loops_known:
+                return self._with_occlusion(observation, detection.occlusion)
+            observation = coiled(detection, observation)  # one status says one thing
         if observation.status is Status.COILED or not observation.shows_all:
             return replace(observation, unresolved=detection.cropped(self._settings.coil_margin_px))
         model = self._track.model
