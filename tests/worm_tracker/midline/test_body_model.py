@@ -5,7 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
+from worm_tracker.midline.body_model import (
+    BodyModel,
+    BodyModelSettings,
+    ends_changed_places,
+)
 from worm_tracker.midline.refine import RefinedMidline
 
 PART = np.linspace(0.0, 1.0, 65)
@@ -106,3 +110,19 @@ def test_what_is_left_over_is_the_worms_where_the_worm_lacks_as_much(
 ):
     model = learned([marked(0)], doubled=False)
     assert model.lacks(model.length - shorter_widths * model.width, left_over) is lacks
+
+
+HAIRPIN = np.array([[0.0, 0.0], [90.0, 4.0], [0.0, 30.0]])
+"""First end, apex and last end of a body that lies double."""
+
+
+@given(moved=st.lists(st.floats(-8.0, 8.0), min_size=4, max_size=4))
+def test_ends_change_places_where_each_lies_where_the_other_was(moved):
+    wobble = np.array([moved[:2], [0.0, 0.0], moved[2:]])
+    assert ends_changed_places(HAIRPIN[::-1] + wobble, HAIRPIN, least_px=15.0)
+    assert not ends_changed_places(HAIRPIN + wobble, HAIRPIN, least_px=15.0)
+
+
+def test_ends_that_hardly_move_have_not_changed_places_however_near_they_lie():
+    close = HAIRPIN * np.array([1.0, 0.1])
+    assert not ends_changed_places(close[::-1], close, least_px=15.0)

@@ -11,6 +11,7 @@ from worm_tracker.midline.strand_exchange import (
     doubtful_loops,
     exchanged_strands,
     part_of,
+    turned_at_end,
 )
 
 WIDTH = 15.0
@@ -105,3 +106,36 @@ def test_two_strands_side_by_side_stay(gap_widths):
 def test_an_open_body_stays():
     line = 200 * np.exp(1j * np.linspace(0, 2.0, 100))
     assert exchanged_strands(path_through(line), WIDTH, SETTINGS) == (None, 0.0)
+
+
+def ends_on_itself(over_widths):
+    """Return a body that comes back to its own strand, and ends so far beyond its axis."""
+    r = 3.0 * WIDTH
+    strand = np.linspace(-10 * WIDTH, 8 * WIDTH, 200)
+    angle = np.linspace(-0.5 * np.pi, np.pi, 120)
+    bend = 8 * WIDTH + 1j * r + r * np.exp(1j * angle)
+    end = bend[-1] - 1j * np.linspace(0.0, r + over_widths * WIDTH, 40)
+    return np.r_[strand, bend[1:], end[1:]]
+
+
+@given(heading=HEADINGS, over_widths=st.floats(-0.5, 0.5), last_end=st.booleans())
+def test_a_loop_that_an_end_closes_lies_alike_passed_the_other_way(heading, over_widths, last_end):
+    line = ends_on_itself(over_widths) * np.exp(1j * heading)
+    path = path_through(line if last_end else line[::-1])
+    turned = turned_at_end(path, WIDTH, last_end, SETTINGS)
+    ends, kept = turned.curve[[0, -1]], path.curve[[0, -1]]
+    still, moved = (0, -1) if last_end else (-1, 0)
+    assert abs(ends[still] - kept[still]) < 0.1 * WIDTH
+    assert abs(ends[moved] - kept[moved]) < 2.0 * WIDTH
+    for one, other in ((turned, path), (path, turned)):
+        away = np.abs(one.curve[:, None] - other.curve).min(axis=1)
+        assert away.max() < 0.8 * WIDTH
+    inside = slice(100, 180) if last_end else slice(60, 140)
+    assert np.abs(turned.curve[inside] - path.curve[inside]).max() > 2 * WIDTH
+
+
+@given(heading=HEADINGS)
+def test_an_end_that_lies_on_no_strand_turns_none(heading):
+    path = path_through(ends_on_itself(-1.5) * np.exp(1j * heading))
+    assert turned_at_end(path, WIDTH, True, SETTINGS) is None
+    assert turned_at_end(path, WIDTH, False, SETTINGS) is None

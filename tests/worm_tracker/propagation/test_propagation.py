@@ -22,8 +22,13 @@ from worm_tracker.midline.body_residual import (
     dark_places,
     strands,
 )
+from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.midline.strand_exchange import exchanged_strands
+from worm_tracker.midline.strand_exchange import (
+    StrandExchangeSettings,
+    exchanged_strands,
+    turned_at_end,
+)
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.propagation.body_candidates import Candidate, CandidateSearch
 from worm_tracker.propagation.propagation import observation_of
@@ -184,6 +189,72 @@ def test_a_loop_is_not_passed_as_it_was_known_where_the_ends_may_have_changed_pl
     path = kinked_loop(2.5, 15.0)
     search = search_after(path, 15.0, 1, loops_known=True, end_sd_px=(sd_widths * 15.0, 0.0))
     assert (search.loop_in_doubt(candidate(path)) is None) is is_known
+
+
+def closed_by_its_end(width, clear_widths=0.0):
+    """Return a body whose last end lies on its own strand, or so far beside it."""
+    r = 3.0 * width
+    strand = np.linspace(-10 * width, 8 * width, 200)
+    bend = 8 * width + 1j * r + r * np.exp(1j * np.linspace(-0.5 * np.pi, np.pi, 120))
+    end = bend[-1] - 1j * np.linspace(0.0, r - clear_widths * width, 40)
+    return BodyPath(evenly(np.r_[strand, bend[1:], end[1:]], 240))
+
+
+@pytest.mark.parametrize(
+    ("in_doubt", "clear_widths", "stays"),
+    [
+        pytest.param((0.4, 1.0), 0.0, True, id="its strands met where its end lies now"),
+        pytest.param((0.4, 1.0), 1.8, False, id="its end lies apart"),
+        pytest.param((0.2, 0.6), 0.0, False, id="its strands met elsewhere"),
+        pytest.param(None, 0.0, False, id="it was known"),
+    ],
+)
+def test_a_loop_in_doubt_stays_so_where_an_end_has_slid_to_where_its_strands_met(
+    in_doubt, clear_widths, stays
+):
+    path = closed_by_its_end(15.0, clear_widths)
+    search = search_after(path, 15.0, 1, loops_known=True)
+    search = replace(search, body=replace(search.body, loop_in_doubt=in_doubt))
+    assert search.loop_in_doubt(candidate(path)) == (in_doubt if stays else None)
+
+
+def drawn_search(path, width):
+    """Return the search for a body in a picture of it, laid along a path."""
+    path = path.shifted(-min(path.curve.real) - 1j * min(path.curve.imag) + 2 * width * (1 + 1j))
+    shape = tuple(int(max(part) + 2 * width) for part in (path.curve.imag, path.curve.real))
+    widths = np.full(len(path.curve), width)
+    points = as_points(path.curve)
+    mask, *_ = strands(shape, points, widths, width, BodyResidualSettings())
+    search = search_after(path, width, 1, loops_known=True)
+    return replace(search, seen=ObjectMasks(mask, None, width, search.settings.residual)), path
+
+
+@pytest.mark.parametrize(("clear_widths", "is_turned"), [(0.0, False), (1.2, True)])
+def test_a_loop_passed_the_wrong_way_is_turned_round_once_its_end_comes_off_its_strand(
+    monkeypatch, clear_widths, is_turned
+):
+    """A worm's end has come off its strand; the body was followed with the loop the other way."""
+    width = 15.0
+    was = closed_by_its_end(width)
+    wrong = turned_at_end(was, width, True, StrandExchangeSettings())
+    true = closed_by_its_end(width, clear_widths)
+    search, shifted = drawn_search(true, width)
+    wrong = wrong.shifted(shifted.curve[0] - true.curve[0])
+    monkeypatch.setattr(
+        CandidateSearch, "slid", lambda self, path: self.scored(path, self.model.widths)
+    )
+    search = replace(search, last=wrong)
+    found = search.loop_turned(search.scored(wrong, search.model.widths))
+    assert found.was_exchanged is is_turned
+    away = np.abs(found.path.curve[::8] - shifted.curve[::8]).max()
+    assert bool(away < 2 * width) is is_turned
+
+
+def test_ends_laid_anew_each_where_the_other_was_are_not_kept():
+    path = kinked_loop(2.5, 15.0)
+    search = search_after(path, 15.0, 1, loops_known=True)
+    assert search.keeps_ends(candidate(path))
+    assert not search.keeps_ends(candidate(path.turned_round()))
 
 
 def test_a_body_that_leaves_something_over_is_not_told_whatever_is_known_of_its_loops():

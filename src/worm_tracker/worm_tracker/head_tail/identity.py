@@ -12,6 +12,11 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.head_tail.appearance import AppearanceModel, AppearanceSettings
+from worm_tracker.head_tail.forward_motion import (
+    ForwardMotionSettings,
+    together,
+    with_motion,
+)
 from worm_tracker.head_tail.link import BodyMotion, Chain, Link, LinkDecision, LinkSettings
 from worm_tracker.observation import Observation
 from worm_tracker.worm_track import WormTrack
@@ -21,20 +26,20 @@ from worm_tracker.worm_track import WormTrack
 class HeadTailSettings:
     """How much each thing tells which end is the head, in log odds."""
 
-    log_odds_per_length_forward: float = 6.0
-    """Gained per body length of motion along the body: a worm moves head-first."""
+    forward: ForwardMotionSettings = field(default_factory=ForwardMotionSettings)
+    """A worm moves head-first."""
     most_step_lengths: float = 0.25
     """Most that a single step counts for: a jump is an error, not a stride."""
     most_log_odds: float = 12.0
-    """Cap, so that two lengths the other way undo any belief."""
+    """Cap, so that some two lengths the other way undo any belief."""
     most_activity_log_odds: float = 1.0
     """Most that the activity of an end can add: the head swings more than the tail."""
     activity_memory_frames: float = 100.0
     """Memory of the activity; it counts after a quarter of that."""
     most_appearance_log_odds: float = 1.0
     """Most that the appearance of an end can add: it is like the head's while that was certain."""
-    certain_log_odds: float = 3.0
-    """Beyond this (95 %) the head is taken as decided."""
+    certain_log_odds: float = 3.6
+    """Beyond this (97 %), half a length of motion, the head is taken as decided."""
     least_corrected_log_odds: float = 0.01
     """The least that an operator's correction still counts for, after links in doubt."""
     doubtful_below_reliability: float = 0.99
@@ -303,13 +308,15 @@ class HeadTail:
             doubt, appearance=doubt.appearance + appearance, frames_seen=doubt.frames_seen + 1
         )
         same = doubt.same + self._appearance.body.log_odds(doubt.appearance / doubt.frames_seen)
-        self._motion = self._bounded(diluted(doubt.before, 1 / (1 + exp(-same))) + doubt.since)
+        before = diluted(doubt.before, 1 / (1 + exp(-same)))
+        self._motion = self._bounded(together(before, doubt.since, settings.forward))
         self._doubt = doubt
         if doubt.frames_seen < settings.deciding_frames:
             return None
         self._doubt = None
         if same < 0:  # back to the order from before the link
-            self._motion = self._bounded(diluted(doubt.before, certainty(same)) - doubt.since)
+            before = diluted(doubt.before, certainty(same))
+            self._motion = self._bounded(together(before, -doubt.since, settings.forward))
             self._activity = replace(self._activity, ends=self._activity.ends[::-1].copy())
         return LinkDecision(doubt.frames, same < 0, certainty(same))
 
@@ -318,10 +325,11 @@ class HeadTail:
         settings = self._settings
         most = settings.most_step_lengths
         part = min(max(motion.forward_lengths, -most), most)
-        told = trust * settings.log_odds_per_length_forward * part
+        told = trust * part
         if self._doubt is not None:
-            self._doubt = replace(self._doubt, since=self._doubt.since + told)
-        self._motion = self._bounded(self._motion + told)
+            since = with_motion(self._doubt.since, told, settings.forward)
+            self._doubt = replace(self._doubt, since=since)
+        self._motion = self._bounded(with_motion(self._motion, told, settings.forward))
         memory = settings.activity_memory_frames
         self._activity = self._activity.updated(motion.ends_sideways_px2, memory)
 

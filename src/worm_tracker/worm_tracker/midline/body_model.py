@@ -284,3 +284,10 @@ def is_nearer_reversed(points: Floats, last: Floats) -> bool:
     """Tell whether a midline lies nearer to another one when it is turned round."""
     straight = abs(points - last).sum()
     return bool(abs(points[::-1] - last).sum() < straight)
+
+
+def ends_changed_places(points: Floats, last: Floats, least_px: float) -> bool:
+    """Tell whether each end of a midline lies where the other one was, not where it was itself."""
+    ends, were = points[[0, -1]], last[[0, -1]]
+    kept, changed = np.hypot(*(ends - were).T), np.hypot(*(ends - were[::-1]).T)
+    return bool(kept.max() > least_px and 2 * changed.sum() < kept.sum())

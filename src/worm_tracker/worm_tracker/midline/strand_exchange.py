@@ -28,6 +28,8 @@ class StrandExchangeSettings:
     """How much of a strand to either side of the place where they meet is compared."""
     joint_widths: float = 0.8
     """How much of it is laid anew."""
+    most_end_apart_widths: float = 1.0
+    """How far from a strand an end may be that lies on it."""
     least_gain_rad2: float = 0.2
     """Sum of the squared turns that the other way must have less in a frame."""
     least_gain_in_all_rad2: float = 1.0
@@ -113,6 +115,41 @@ def part_of(loops: list[DoubtfulLoop]) -> tuple[float, float] | None:
     if not loops:
         return None
     return min(loop.first for loop in loops), max(loop.last for loop in loops)
+
+
+def turned_at_end(
+    path: BodyPath, width: float, last_end: bool, settings: StrandExchangeSettings
+) -> BodyPath | None:
+    """Return a path whose loop between an end and the strand under it is passed the other way.
+
+    It ends then where that strand went on into the loop.
+
+    Parameters
+    ----------
+    path : BodyPath
+    width : float
+        The body's, pixels.
+    last_end : bool
+        Whether its last end is meant, rather than its first.
+    settings : StrandExchangeSettings
+
+    Returns
+    -------
+    BodyPath or None
+        None where the end lies on no strand.
+    """
+    curve = path.curve if last_end else path.curve[::-1]
+    apart = round(settings.least_apart_along_widths * width / path.step)
+    joint = _joint(width, path.step, settings)
+    strand = curve[: max(len(curve) - apart, 0)]
+    if not len(strand):
+        return None
+    away = np.abs(strand - curve[-1])
+    i = int(away.argmin())
+    if away[i] > settings.most_end_apart_widths * width or i < joint + 2:
+        return None
+    line = evenly(np.concatenate([curve[: i - joint], curve[i + joint :][::-1]]), len(curve))
+    return BodyPath(line if last_end else line[::-1])
 
 
 def _other_ways(

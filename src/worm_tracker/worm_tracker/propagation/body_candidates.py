@@ -11,7 +11,12 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.detection import Detection
-from worm_tracker.midline.body_model import BodyModel, end_displacement, is_nearer_reversed
+from worm_tracker.midline.body_model import (
+    BodyModel,
+    end_displacement,
+    ends_changed_places,
+    is_nearer_reversed,
+)
 from worm_tracker.midline.body_residual import (
     ObjectMasks,
     Unexplained,
@@ -25,9 +30,14 @@ from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
 from worm_tracker.midline.path_following import ExpectedBody, slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.regrown_ends import regrown
-from worm_tracker.midline.self_cover import ends_kept, ends_on_body, lies_near_itself
-from worm_tracker.midline.strand_exchange import doubtful_loops, exchanged_strands, part_of
+from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
+from worm_tracker.midline.strand_exchange import (
+    doubtful_loops,
+    exchanged_strands,
+    turned_at_end,
+)
 from worm_tracker.midline.strand_shift import shifted_strands
+from worm_tracker.propagation.loops_in_doubt import loop_in_doubt
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -106,8 +116,14 @@ class CandidateSearch:
         return self.frames <= self.settings.most_frames_followed
 
     def keeps_ends(self, slid: Candidate) -> bool:
-        """Tell whether a body slid along itself has its ends in the order of the last one's."""
-        return self.is_followed and not slid.turned_round
+        """Tell whether a body slid along itself has its ends in the order of the last one's.
+
+        Where both ends were laid anew, each may have come to lie where the other one was.
+        """
+        if slid.turned_round or not self.is_followed:
+            return False
+        least_px = self.settings.least_way_of_changed_ends_widths * self.model.width
+        return not ends_changed_places(slid.path.points, self.last.points, least_px)
 
     def in_picture(self, found: Candidate) -> PropagatedBody:
         """Return a body in the picture's coordinates, and with what is expected of the next one."""
@@ -174,27 +190,9 @@ class CandidateSearch:
         return not doubtful_loops(found.path, self.model.width, settings.exchange, most)
 
     def loop_in_doubt(self, found: Candidate) -> tuple[float, float] | None:
-        """Return the part of a body that lies in loops which may be passed either way round.
-
-        One in doubt that has been followed, and open, since it was known is passed as it was; one
-        whose strands have just been exchanged is passed the other way, and so may be all of a body
-        whose ends were taken for each other.
-        """
-        settings = self.settings
-        loops = doubtful_loops(
-            found.path,
-            self.model.width,
-            settings.doubt,
-            -settings.bend_lost_rad2,
-            settings.least_breadth_widths,
-        )
-        open_px = settings.open_loop_widths * self.model.width
-        was_known = self.body.loops_known and self.is_followed and not found.was_exchanged
-        if max(self.body.end_sd_px) > settings.most_end_sd_widths * self.model.width:
-            kept = ends_kept(self.body.points, self.body.end_sd_px)
-            was_known = was_known and kept > settings.least_ends_kept
-        known = was_known and all(loop.breadth_px > open_px for loop in loops)
-        return None if known else part_of(loops)
+        """Return the part of a body that lies in loops which may be passed either way round."""
+        may_be_known = self.is_followed and not found.was_exchanged
+        return loop_in_doubt(found.path, self.body, may_be_known, self.model.width, self.settings)
 
     def over_limits(self, found: Candidate) -> float:
         """Return how many times what may be left over is."""
@@ -226,7 +224,22 @@ class CandidateSearch:
             return None
         if self.over_limits(found) > 1 or any(self.ends_lack(found)):
             found = self.regrown(found)
-        return self.exchanged(found)
+        return self.exchanged(self.loop_turned(found))
+
+    def loop_turned(self, found: Candidate) -> Candidate:
+        """Return a body with the loop before an end turned round where only that explains it all.
+
+        What meets near an end hardly bends, and once the end has slid away from there nothing tells
+        which way it was.
+        """
+        if self.over_limits(found) <= 1:
+            return found
+        for last_end in (False, True):
+            path = turned_at_end(found.path, self.model.width, last_end, self.settings.exchange)
+            again = None if path is None else self.slid(path)
+            if again is not None and self.over_limits(again) <= 1 and not self.leaps(again):
+                return replace(again, was_exchanged=True)
+        return found
 
     def turned_round(self, found: Candidate | None) -> Candidate | None:
         """Return a body the other way round where its widths then explain the object, else itself.

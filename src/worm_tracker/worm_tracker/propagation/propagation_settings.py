@@ -54,6 +54,8 @@ class PropagationSettings:
     most_turned_over_limits: float = 0.35
     """How many times what may be left over it may then leave: one that explains the object just so
     may have been turned by another fault."""
+    least_way_of_changed_ends_widths: float = 1.5
+    """How far an end moves at least where both have changed places."""
     lost_over_limits: float = 6.0
     """How many times what may be left over is left where a body is lost, and others are tried: each
     takes long."""

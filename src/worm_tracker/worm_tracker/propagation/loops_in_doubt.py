@@ -1,0 +1,67 @@
+"""Whether it is known which way round the loops of a body are passed: by bends, or from before."""
+
+from worm_tracker.midline.path import BodyPath
+from worm_tracker.midline.self_cover import ends_kept, ends_on_body
+from worm_tracker.midline.strand_exchange import doubtful_loops, part_of
+from worm_tracker.propagation.propagation_settings import PropagationSettings
+from worm_tracker.worm_track import PropagatedBody
+
+
+def loop_in_doubt(
+    path: BodyPath,
+    before: PropagatedBody,
+    was_followed: bool,
+    width: float,
+    settings: PropagationSettings,
+) -> tuple[float, float] | None:
+    """Return the part of a body that lies in loops which may be passed either way round.
+
+    One in doubt that has been followed, and open, since it was known is passed as it was; one
+    whose strands have just been exchanged is passed the other way, and so may be all of a body
+    whose ends were taken for each other.
+
+    Parameters
+    ----------
+    path : BodyPath
+        Where it lies.
+    before : PropagatedBody
+        Where it lay in the picture before.
+    was_followed : bool
+        Whether it was slid from there, its strands as they were.
+    width : float
+        The worm's, pixels.
+    settings : PropagationSettings
+
+    Returns
+    -------
+    tuple of float, or None
+        From where to where, parts of its length; None where all is known.
+    """
+    loops = doubtful_loops(
+        path, width, settings.doubt, -settings.bend_lost_rad2, settings.least_breadth_widths
+    )
+    if not loops and _is_left_by_end(path, before, width, settings):
+        return before.loop_in_doubt
+    open_px = settings.open_loop_widths * width
+    was_known = before.loops_known and was_followed
+    if max(before.end_sd_px) > settings.most_end_sd_widths * width:
+        kept = ends_kept(before.points, before.end_sd_px)
+        was_known = was_known and kept > settings.least_ends_kept
+    known = was_known and all(loop.breadth_px > open_px for loop in loops)
+    return None if known else part_of(loops)
+
+
+def _is_left_by_end(
+    path: BodyPath, before: PropagatedBody, width: float, settings: PropagationSettings
+) -> bool:
+    """Tell whether what was in doubt is so still, its strands meeting where an end lies on one.
+
+    How an end bends is not seen there, so that neither way is the straighter one.
+    """
+    if before.loop_in_doubt is None:
+        return False
+    near = settings.near_end_widths * width
+    part = 2 * near / path.length
+    on_first, on_last = ends_on_body(path.curve, near, path.step)
+    first, last = before.loop_in_doubt
+    return (on_first and first < part) or (on_last and last > 1 - part)
