@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from math import log
 
 import numpy as np
@@ -124,6 +125,7 @@ class Follower:
         self._track = track
         self._shape = shape
         self._settings = settings
+        self._path_numbers_back = count(-1, -1)
 
     def push(self, detection: Detection | Missed) -> Observation:
         """Find the midline of the worm in the next picture, or say why there is none."""
@@ -165,7 +167,9 @@ class Follower:
             return iter(())
         if is_nearer_reversed(opened.widths[:, None], model.widths[:, None]):
             opened = opened.reversed()  # the body was lost since, and found the other way round
-        return BackwardPropagation(model, opened, detections, self._contour_body, settings)
+        return BackwardPropagation(
+            model, opened, detections, self._contour_body, self._path_numbers_back, settings
+        )
 
     def all_of_worm(self, observation: Observation) -> Floats | None:
         """Return a midline that is that of all of the worm: what is elsewhere is not worm."""

@@ -50,8 +50,9 @@ class Observation:
         Whether its body was followed the wrong way round until now: its ends are not those of the
         picture before.
     path_number : int
-        Of the path that the body is slid along, from 1 on; 0 where it is not. Midlines of one path
-        have the same order of the ends, however near to itself the body lies.
+        Of the path that the body is slid along, from 1 on, or from -1 down on a way back; 0 where
+        it is not. Midlines of one path have the same order of the ends, however near to itself the
+        body lies.
     """
 
     status: Status

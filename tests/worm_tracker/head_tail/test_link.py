@@ -49,12 +49,15 @@ def test_the_place_of_a_hairpin_with_even_arms_does_not_tell_its_ends():
     assert chain.push(folded(hairpin(EVEN + 4.0))).reliability < 0.9
 
 
-@given(arms=st.lists(st.floats(-3.0, 3.0), min_size=2, max_size=30))
-def test_a_body_that_is_slid_along_itself_keeps_its_ends(arms):
+@given(
+    arms=st.lists(st.floats(-3.0, 3.0), min_size=2, max_size=30),
+    path_number=st.sampled_from([1, -1]),
+)
+def test_a_body_that_is_slid_along_itself_keeps_its_ends_there_and_back(arms, path_number):
     chain = Chain(WormTrack(), LinkSettings())
     for off in arms:
         points = hairpin(EVEN + off)
-        link = chain.push(folded(points, path_number=1))
+        link = chain.push(folded(points, path_number=path_number))
         assert np.array_equal(link.observation.points, points)
         assert link.reliability > 0.999
 
@@ -89,6 +92,16 @@ def test_a_path_that_was_left_tells_nothing_of_the_ends(path_number, gone):
         chain.miss()
     later = folded(hairpin(EVEN + 4.0), path_number=path_number)
     assert chain.push(later).reliability < 0.9
+
+
+@pytest.mark.parametrize(("frames_unexplained", "is_sure"), [(5, True), (6, False)])
+def test_a_body_that_was_lost_meanwhile_may_have_changed_its_ends(frames_unexplained, is_sure):
+    chain = Chain(WormTrack(), LinkSettings())
+    chain.push(folded(hairpin(EVEN), path_number=-1))
+    for _ in range(frames_unexplained):
+        chain.push(folded(hairpin(EVEN), path_number=-1, over_limits=2.0))
+    link = chain.push(folded(hairpin(EVEN + 4.0), path_number=-1))
+    assert (link.reliability > 0.99) == is_sure
 
 
 def test_ends_are_those_of_the_last_explained_body_where_one_was_turned_round():

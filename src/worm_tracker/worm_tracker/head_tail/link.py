@@ -37,6 +37,8 @@ class LinkSettings:
     """A link less reliable than this is looked at again, the body slid along itself."""
     same_path_reliability: float = 0.9999
     """How surely a body that was slid along itself has kept its ends."""
+    most_frames_unexplained: int = 5
+    """Most pictures in a row that it may have left unexplained meanwhile."""
     turned_reliability: float = 0.98
     """How surely the widths of a body that was followed the wrong way round tell which of its ends
     is which: they explain the picture one way round, and by far not the other."""
@@ -206,7 +208,8 @@ class Chain:
         straight = _mean_distance(observation.points, last)
         turned = _mean_distance(observation.points[::-1], last)
         order = self._order
-        same_path = order.path_number == observation.path_number > 0
+        same_path = order.path_number == observation.path_number != 0
+        same_path &= order.frames_unexplained <= self._settings.most_frames_unexplained
         is_reversed = turned < straight
         if observation.turned_round:
             is_reversed = order.was_reversed

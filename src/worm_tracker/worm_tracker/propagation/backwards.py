@@ -4,8 +4,8 @@ Where a body cannot be followed into a coil, or the film begins with one, the mi
 backwards in time from the first frame that has one again: a worm that opens tells how it lay.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.detection.detection import Detection
@@ -53,6 +53,8 @@ class BackwardPropagation:
     contour_body : callable
         Gives the midline of a simple body by its contour, which may be turned round, else None: a
         picture may have been taken for a coil because the body was not known.
+    path_numbers : iterator of int
+        Numbers for the paths that the body is slid along; no two of one worm are the same.
     settings : PropagationSettings
     """
 
@@ -62,6 +64,7 @@ class BackwardPropagation:
         opened: Observation,
         detections: Sequence[PastDetection],
         contour_body: Callable[[Detection], RefinedMidline | None],
+        path_numbers: Iterator[int],
         settings: PropagationSettings,
     ) -> None:
         path = path_of(opened.points, None, model.width)
@@ -71,6 +74,7 @@ class BackwardPropagation:
             path, opened.confidence, opened.confidence, loop_in_doubt=part_of(loops)
         )
         self._before: Floats | None = None
+        self._path_numbers, self._path_number = path_numbers, next(path_numbers)
         self._fits = 0
         self._left = list(reversed(detections))
 
@@ -92,7 +96,10 @@ class BackwardPropagation:
         if found is None or lost or found.turned_round:
             self._left = []
             raise StopIteration
+        if not found.was_slid:
+            self._path_number = next(self._path_numbers)
         observation = observation_of(found, model, found.agreement, settings)
+        observation = observation.on_path(self._path_number)
         sure = found.agreement >= settings.least_agreement_backwards and found.is_explained
         self._before, self._last = self._last.points, found
         return observation if sure else coiled(detection, observation)
@@ -142,4 +149,6 @@ def _slid_only(
     """Slide the worm's body along itself, and fit none anew; None where that leads nowhere."""
     scene = CandidateSearch.of(detection, model, last, frames, settings)
     slid = scene.followed()
-    return None if slid is None or scene.leaps(slid) else scene.in_picture(slid)
+    if slid is None or scene.leaps(slid):
+        return None
+    return replace(scene.in_picture(slid), was_slid=scene.keeps_ends(slid))
