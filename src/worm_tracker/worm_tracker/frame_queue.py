@@ -80,7 +80,7 @@ class _WayBack:
             observation = next(self.told[0], None) if self.runs[0].frames else None
             if observation is not None:
                 pending = self.runs[0].frames.pop()
-                followed = pending.observation.in_doubt_as_followed
+                followed = pending.observation.may_lie_as
                 is_told = observation.status.has_pose and observation.loops_known
                 if followed is not None and not is_told and followed.contradicts(observation):
                     self.runs[0].frames.clear()  # one was lost, and nothing tells which

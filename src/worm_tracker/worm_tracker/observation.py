@@ -85,7 +85,7 @@ class Observation:
         return self.in_doubt == (0, 0)
 
     @property
-    def in_doubt_as_followed(self) -> "Observation | None":
+    def may_lie_as(self) -> "Observation | None":
         """How the body may lie, where that is not known for all of it between its ends."""
         return self.followed if self.loops_known else self
 

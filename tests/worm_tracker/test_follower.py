@@ -1,0 +1,95 @@
+"""What the follower makes of an object that is more than the worm, or less than is seen of it."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from worm_msgs_py import Status
+from worm_tracker.detection.blobs import BlobSettings, whole_picture
+from worm_tracker.detection.detection import Detection, Occlusion, SignalView
+from worm_tracker.follower import Follower, FollowerSettings
+from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
+from worm_tracker.midline.refine import RefinedMidline
+from worm_tracker.observation import Observation
+from worm_tracker.worm_track import WormTrack
+
+WIDTH, LENGTH, SHAPE = 12.0, 200.0, (120, 260)
+FIRST, LAST = (30, 60), (230, 60)
+
+
+def straight_body():
+    """Return the midline of a worm that lies straight in the middle of the picture."""
+    points = np.c_[np.linspace(FIRST[0], LAST[0], 65), np.full(65, 60.0)]
+    widths, levels = np.full(65, WIDTH), np.full(65, 100.0)
+    area = LENGTH * WIDTH
+    return RefinedMidline(points, widths, widths, levels, 100.0, 1.0, area, 130.0, 60.0)
+
+
+def object_of(signal):
+    """Return the detection of what is drawn in a picture."""
+    view = SignalView(whole_picture(SHAPE), signal, signal, 50.0, 1.0, BlobSettings())
+    return Detection(view, view.blobs()[0])
+
+
+def worm_with(hanging_on_px2):
+    """Return a worm with something round, of some area, that touches its flank; and it alone."""
+    worm = np.zeros(SHAPE, np.uint8)
+    cv2.line(worm, FIRST, LAST, 100, round(WIDTH))
+    both = worm.copy()
+    radius = round(np.sqrt(hanging_on_px2 / np.pi))
+    cv2.circle(both, (130, 60 + round(WIDTH / 2) + radius), radius, 100, -1)
+    return object_of(both), object_of(worm)
+
+
+def follower_that_knows_the_worm(frames_unresolved):
+    track, found = WormTrack(), straight_body()
+    model = BodyModel.of(found, LENGTH * WIDTH, 1.0, BodyModelSettings())
+    track.learn(replace(model, frames=600, is_settled=True))
+    track.frames_unresolved = frames_unresolved
+    return Follower(track, SHAPE, FollowerSettings())
+
+
+@pytest.mark.parametrize(
+    ("widths2", "frames_unresolved", "is_part"),
+    [
+        pytest.param(0.8, 40, False, id="a speck beside a worm that comes out of a fold"),
+        pytest.param(2.0, 40, True, id="an end that comes out of a fold"),
+        pytest.param(2.0, 0, False, id="debris beside an open worm"),
+    ],
+)
+def test_what_hangs_on_to_a_worm_after_a_fold_may_be_its_end(widths2, frames_unresolved, is_part):
+    whole, view = worm_with(widths2 * WIDTH**2)
+    follower = follower_that_knows_the_worm(frames_unresolved)
+    assert follower._is_part(straight_body(), whole, view) is is_part
+
+
+@pytest.mark.parametrize(
+    ("in_doubt", "status"),
+    [
+        pytest.param((0, 0), Status.BRIDGED, id="all is known"),
+        pytest.param((20, 40), Status.COILED, id="a loop in doubt"),
+    ],
+)
+def test_a_fold_under_glare_with_a_loop_in_doubt_waits_for_a_later_frame(
+    monkeypatch, in_doubt, status
+):
+    detection, _ = worm_with(0.0)
+    ends = np.array([FIRST, LAST], float)
+    detection = replace(detection, occlusion=Occlusion(ends, (False, False)))
+    found = straight_body()
+    seen = Observation(
+        Status.LOOP_IN_DOUBT if any(in_doubt) else Status.FOLDED,
+        130.0,
+        60.0,
+        found.points,
+        found.widths,
+        1.0,
+        WIDTH,
+        in_doubt=in_doubt,
+    )
+    monkeypatch.setattr(Follower, "_observe", lambda *_: (seen, None))
+    told = follower_that_knows_the_worm(0).push(detection)
+    assert told.status is status
+    assert (told.unresolved is not None) is (status is Status.COILED)
