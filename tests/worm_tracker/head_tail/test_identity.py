@@ -64,6 +64,14 @@ def test_time_reversed_motion_exchanges_the_ends(step, turned):
     assert one != other
 
 
+@pytest.mark.parametrize(("lengths", "is_certain"), [(0.4, False), (0.65, True)])
+def test_the_head_is_decided_by_half_a_length(lengths, is_certain):
+    frames = round(lengths * LENGTH / 3.0)
+    identity, head_first = follow(crawling(1 + frames, 3.0), np.zeros(1 + frames, bool))
+    assert head_first
+    assert identity.certain is is_certain
+
+
 def test_a_worm_at_rest_decides_nothing():
     rng = np.random.default_rng(0)
     still = crawling(1, 0.0)[0]
