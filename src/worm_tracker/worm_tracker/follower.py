@@ -167,9 +167,8 @@ class Follower:
             return iter(())
         if is_nearer_reversed(opened.widths[:, None], model.widths[:, None]):
             opened = opened.reversed()  # the body was lost since, and found the other way round
-        return BackwardPropagation(
-            model, opened, detections, self._contour_body, self._path_numbers_back, settings
-        )
+        paths = self._path_numbers_back
+        return BackwardPropagation(model, opened, detections, self._contour_body, paths, settings)
 
     def all_of_worm(self, observation: Observation) -> Floats | None:
         """Return a midline that is that of all of the worm: what is elsewhere is not worm."""

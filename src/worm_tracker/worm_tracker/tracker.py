@@ -239,7 +239,7 @@ class Tracker:
     def _body_in_doubt(self) -> bool:
         """Whether what is known of the worm's body may be that of one laid double."""
         model = self._track.model
-        return model is not None and model.varies
+        return model is not None and model.may_be_doubled
 
     def finish(self) -> list[TrackedFrame]:
         """Return the frames that are still held back; the film is over.

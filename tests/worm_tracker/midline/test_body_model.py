@@ -84,6 +84,12 @@ def test_a_wide_body_that_has_not_grown_in_500_pictures_is_believed():
     assert not learned(bodies, doubled=False).varies
 
 
+@pytest.mark.parametrize(("doubled", "may_be"), [(True, True), (False, False)])
+def test_a_narrow_body_that_looks_doubled_from_the_first_may_be(doubled, may_be):
+    bodies = [laid_double(frame) for frame in range(40)]
+    assert learned(bodies, doubled=doubled).may_be_doubled is may_be
+
+
 def test_a_body_that_was_known_for_long_does_not_become_unknown_by_a_fold():
     alike = [body(2 * marked(k).widths, marked(k).levels) for k in range(160)]
     assert not learned([*alike, *(laid_double(k, 20.0) for k in range(60))], doubled=False).varies

@@ -43,15 +43,15 @@ def with_motion(log_odds: float, lengths: float, settings: ForwardMotionSettings
         Way along the body towards the end, in body lengths; negative away from it.
     settings : ForwardMotionSettings
     """
-    return _log_odds(_lengths(log_odds, settings) + lengths, settings)
+    return _told(_way(log_odds, settings) + lengths, settings)
 
 
 def together(one: float, other: float, settings: ForwardMotionSettings) -> float:
     """Return the log odds of two motions, one after the other, each by its own log odds."""
-    return with_motion(one, _lengths(other, settings), settings)
+    return with_motion(one, _way(other, settings), settings)
 
 
-def _log_odds(lengths: float, settings: ForwardMotionSettings) -> float:
+def _told(lengths: float, settings: ForwardMotionSettings) -> float:
     """Return what a way on balance tells."""
     size = abs(lengths)
     first = min(size, settings.first_lengths)
@@ -60,7 +60,7 @@ def _log_odds(lengths: float, settings: ForwardMotionSettings) -> float:
     return float(np.copysign(told, lengths))
 
 
-def _lengths(log_odds: float, settings: ForwardMotionSettings) -> float:
+def _way(log_odds: float, settings: ForwardMotionSettings) -> float:
     """Return the way on balance that tells so much."""
     size = abs(log_odds)
     first = min(size, settings.log_odds_per_first_length * settings.first_lengths)

@@ -32,10 +32,6 @@ class HeadTailSettings:
     """Most that a single step counts for: a jump is an error, not a stride."""
     most_log_odds: float = 12.0
     """Cap, so that some two lengths the other way undo any belief."""
-    most_activity_log_odds: float = 1.0
-    """Most that the activity of an end can add: the head swings more than the tail."""
-    activity_memory_frames: float = 100.0
-    """Memory of the activity; it counts after a quarter of that."""
     most_appearance_log_odds: float = 1.0
     """Most that the appearance of an end can add: it is like the head's while that was certain."""
     certain_log_odds: float = 3.6
@@ -138,26 +134,6 @@ class _Appearance:
         return _Appearance(self.body.updated(difference), head)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Activity:
-    """How far each end swings sideways, squared pixels a frame, over the last frames."""
-
-    ends: Floats = field(default_factory=lambda: np.zeros(2))
-    frames: int = 0
-
-    def updated(self, ends: Floats, memory: float) -> "_Activity":
-        mean = self.ends + (ends - self.ends) / min(self.frames + 1.0, memory)
-        return _Activity(mean, self.frames + 1)
-
-    def log_odds(self, settings: HeadTailSettings) -> float:
-        """Return what the ends' activity tells of the first one being the head."""
-        if self.frames <= settings.activity_memory_frames / 4:
-            return 0.0
-        first, last = self.ends.tolist()
-        most = settings.most_activity_log_odds
-        return min(max(log((first + 1e-6) / (last + 1e-6)) / 2, -most), most)
-
-
 class HeadTail:
     """Holds the belief which end of the chained midlines is the head.
 
@@ -177,7 +153,6 @@ class HeadTail:
         self._settings = settings
         self._chain = Chain(track, settings.link)
         self._motion = 0.0
-        self._activity = _Activity()
         self._appearance = _Appearance.unknown(settings.appearance)
         self._doubt: _Doubt | None = None
         self._when_explained: tuple[float, _Doubt | None] = 0.0, None
@@ -187,18 +162,11 @@ class HeadTail:
 
     @property
     def log_odds(self) -> float:
-        """Log odds that the first end is the head, from motion, activity and appearance.
+        """Log odds that the first end is the head, from motion and appearance.
 
         Their sign is the decision.
         """
-        return self._from_motion + self._from_appearance
-
-    @property
-    def _from_motion(self) -> float:
-        """Log odds from motion and activity."""
-        if self._corrected:
-            return self._motion
-        return self._motion + self._activity.log_odds(self._settings)
+        return self._motion + self._from_appearance
 
     @property
     def _from_appearance(self) -> float:
@@ -232,7 +200,7 @@ class HeadTail:
     def correct(self) -> None:
         """Exchange head and tail on an operator's word, for good.
 
-        From now on motion and activity may confirm the head, after a link that left it in doubt,
+        From now on motion may confirm the head, after a link that left it in doubt,
         but never exchange it again.
         """
         sign = -1.0 if self.log_odds >= 0 else 1.0
@@ -283,7 +251,7 @@ class HeadTail:
 
     def _forget(self) -> None:
         """Forget what was held to be the head's looks and motion: it was not of this body."""
-        self._motion, self._doubt, self._activity = 0.0, None, _Activity()
+        self._motion, self._doubt = 0.0, None
         self._appearance = _Appearance.unknown(self._settings.appearance)
 
     def _cross(self, reliability: float) -> None:
@@ -299,7 +267,7 @@ class HeadTail:
         """Remember the ends' appearance, or tell by it which way round a link in doubt was."""
         settings, doubt = self._settings, self._doubt
         if doubt is None:
-            belief = self._from_motion
+            belief = self._motion
             is_certain = abs(belief) >= settings.certain_log_odds
             head = (appearance if belief > 0 else -appearance) if is_certain else None
             self._appearance = self._appearance.updated(appearance, head)
@@ -317,7 +285,6 @@ class HeadTail:
         if same < 0:  # back to the order from before the link
             before = diluted(doubt.before, certainty(same))
             self._motion = self._bounded(together(before, -doubt.since, settings.forward))
-            self._activity = replace(self._activity, ends=self._activity.ends[::-1].copy())
         return LinkDecision(doubt.frames, same < 0, certainty(same))
 
     def _add_motion(self, motion: BodyMotion, trust: float) -> None:
@@ -330,8 +297,6 @@ class HeadTail:
             since = with_motion(self._doubt.since, told, settings.forward)
             self._doubt = replace(self._doubt, since=since)
         self._motion = self._bounded(with_motion(self._motion, told, settings.forward))
-        memory = settings.activity_memory_frames
-        self._activity = self._activity.updated(motion.ends_sideways_px2, memory)
 
     def _bounded(self, odds: float) -> float:
         """Return log odds within their limits, on the side that an operator has chosen."""

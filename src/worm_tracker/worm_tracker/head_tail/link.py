@@ -55,12 +55,9 @@ class BodyMotion:
     ----------
     forward_lengths : float
         How far along itself, towards its first end, in lengths.
-    ends_sideways_px2 : ndarray, shape (2,)
-        Mean squared distance that the first, and the last, tenth moved sideways.
     """
 
     forward_lengths: float
-    ends_sideways_px2: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -274,14 +271,11 @@ class Chain:
         if self._gap > self._settings.most_frames_of_motion:
             return None
         line = as_complex(last)
-        # Along the tangent towards the first end, and sideways.
+        # Along the tangent towards the first end.
         moved = (as_complex(points) - line) * -tangents(line).conj()
         n = len(points)
         self._forward = float(moved.real[n // 8 : n - n // 8].mean())
-        sideways = moved.imag
-        k = max(1, n // 10)
-        ends = np.array([sideways[:k] @ sideways[:k], sideways[-k:] @ sideways[-k:]]) / k
-        return BodyMotion(self._forward / length_of(last), ends)
+        return BodyMotion(self._forward / length_of(last))
 
 
 def _nearer_is_right(near: float, far: float, variance: float) -> float:

@@ -200,6 +200,12 @@ class BodyModel:
         new = not self.is_settled and self.frames < settings.varying_frames
         return self.is_changing or (new and differs and self.width > settings.wide_px)
 
+    @property
+    def may_be_doubled(self) -> bool:
+        """Whether it may be that of a worm laid double: it varies, or is new and looks like one."""
+        new = self.frames < self.settings.changing_frames
+        return self.varies or (new and self.looking_doubled > self.settings.most_looking_doubled)
+
     def is_outgrown_by(self, length: float) -> bool:
         """Tell whether a length shows that the first midlines were of a body laid double."""
         growth = log(length / self.first_length)
