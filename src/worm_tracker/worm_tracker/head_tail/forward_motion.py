@@ -16,9 +16,9 @@ class ForwardMotionSettings:
 
     Seven real larvae (larvaworld, dish 01) whose ends can be followed through their tracks were
     watched from 1600 moments on until they had moved by some way on balance: by a tenth of a length
-    that was tail-first in 1.5 % of cases, by a fifth and more in none. Six simulated worms, while
-    open, never moved tail-first by a tenth. But nematodes are known to back up by half a length and
-    more, and no worm of this species has been measured, so that less is told:
+    that was tail-first in 1.5 % of cases, by a fifth and more in none. But one of six simulated
+    worms once crawled tail-first by 0.17 lengths while it was open, nematodes are known to back up
+    by half a length and more, and no worm of this species has been measured, so that less is told:
 
     ===============  ======  ======  =====  =====  =====
     lengths             0.1     0.2    0.3    0.5    1.0
