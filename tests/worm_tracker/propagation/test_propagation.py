@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from body_searches import candidate, kinked_loop, search_after
 from crawling_worm import FRAME_NS
 from drawn_folds import DARKENING, LEVEL, Drawn, laid, rounded_widths
 
@@ -18,19 +19,11 @@ from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import (
     BodyResidualSettings,
     ObjectMasks,
-    Unexplained,
     dark_places,
     strands,
 )
-from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.midline.strand_exchange import (
-    StrandExchangeSettings,
-    exchanged_strands,
-    turned_at_end,
-)
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.propagation.body_candidates import Candidate, CandidateSearch
 from worm_tracker.propagation.propagation import observation_of
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.tracker import Tracker
@@ -113,143 +106,6 @@ def test_a_loop_waits_for_no_longer_than_it_may_and_its_centroid_is_that_of_its_
     assert max(centroid_errors(given, truth)) < 0.5
 
 
-def kinked_loop(radius_widths, width):
-    """Return a body that turns back by two kinks where to cross itself were straight."""
-    r = radius_widths * width
-    angle = np.linspace(-0.75 * np.pi, 0.75 * np.pi, 80)
-    leg = 6 * width * np.linspace(1.0, 0.05, 40)
-    into, out = (-leg * np.exp(1j * sign * np.pi / 4) for sign in (1, -1))
-    return BodyPath(evenly(np.r_[into, np.sqrt(2) * r + r * np.exp(1j * angle), out[::-1]], 240))
-
-
-def search_after(path, width, frames, loops_known, end_sd_px=(0.0, 0.0)):
-    """Return the search for a body in a picture so many frames after one, at the same place."""
-    in_doubt = None if loops_known else (0.2, 0.8)
-    last = PropagatedBody(path, 0.95, 0.95, end_sd_px=end_sd_px, loop_in_doubt=in_doubt)
-    nothing, settings = np.zeros((9, 9), np.uint8), PropagationSettings()
-    model = BodyModel(
-        length=path.length,
-        width=width,
-        area=200.0,
-        level=100.0,
-        half_height_width=width,
-        widths=np.full(65, width),
-        levels=np.full(65, 100.0),
-        gain=1.0,
-        settings=BodyModelSettings(),
-        first_length=path.length,
-    )
-    seen = ObjectMasks(nothing, None, width, settings.residual)
-    return CandidateSearch(nothing, seen, model.levels, 0j, model, last, path, frames, settings)
-
-
-@pytest.mark.parametrize(
-    ("radius_widths", "frames", "was_known", "is_known"),
-    [
-        pytest.param(2.5, 1, True, True, id="open since it was known"),
-        pytest.param(2.5, 1, False, False, id="never known"),
-        pytest.param(2.5, 3, True, True, id="two frames are missing"),
-        pytest.param(2.5, 6, True, False, id="not followed meanwhile"),
-        pytest.param(0.8, 1, True, False, id="its strands may have crossed unseen"),
-        pytest.param(0.55, 1, False, False, id="a width broad where flanks are soft"),
-        pytest.param(0.3, 1, False, True, id="narrower than a width"),
-    ],
-)
-def test_a_loop_that_the_other_way_round_is_straighter_is_told_where_it_was_known_and_followed(
-    radius_widths, frames, was_known, is_known
-):
-    width = 15.0
-    path = kinked_loop(radius_widths, width)
-    search = search_after(path, width, frames, was_known)
-    in_doubt = search.loop_in_doubt(candidate(path))
-    assert (in_doubt is None) is is_known
-    assert replace(search.body, loop_in_doubt=in_doubt).loops_known is is_known
-
-
-@pytest.mark.parametrize("was_known", [True, False])
-def test_a_loop_that_is_straighter_as_it_is_is_known_by_itself(was_known):
-    width = 15.0
-    arcs = laid([(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)], width)
-    crossing = BodyPath(evenly(arcs, 240))
-    assert search_after(crossing, width, 1, was_known).loop_in_doubt(candidate(crossing)) is None
-
-
-def test_a_loop_whose_strands_were_exchanged_is_not_passed_as_it_was_known():
-    path = kinked_loop(2.5, 15.0)
-    search = search_after(path, 15.0, 1, loops_known=True)
-    assert search.loop_in_doubt(candidate(path)) is None
-    assert search.loop_in_doubt(replace(candidate(path), was_exchanged=True)) is not None
-
-
-@pytest.mark.parametrize(("sd_widths", "is_known"), [(0.2, True), (0.6, True), (4.0, False)])
-def test_a_loop_is_not_passed_as_it_was_known_where_the_ends_may_have_changed_places(
-    sd_widths, is_known
-):
-    """Its ends lie as far apart as its legs do, unseen where they are that unsure."""
-    path = kinked_loop(2.5, 15.0)
-    search = search_after(path, 15.0, 1, loops_known=True, end_sd_px=(sd_widths * 15.0, 0.0))
-    assert (search.loop_in_doubt(candidate(path)) is None) is is_known
-
-
-def closed_by_its_end(width, clear_widths=0.0):
-    """Return a body whose last end lies on its own strand, or so far beside it."""
-    r = 3.0 * width
-    strand = np.linspace(-10 * width, 8 * width, 200)
-    bend = 8 * width + 1j * r + r * np.exp(1j * np.linspace(-0.5 * np.pi, np.pi, 120))
-    end = bend[-1] - 1j * np.linspace(0.0, r - clear_widths * width, 40)
-    return BodyPath(evenly(np.r_[strand, bend[1:], end[1:]], 240))
-
-
-@pytest.mark.parametrize(
-    ("in_doubt", "clear_widths", "stays"),
-    [
-        pytest.param((0.4, 1.0), 0.0, True, id="its strands met where its end lies now"),
-        pytest.param((0.4, 1.0), 1.8, False, id="its end lies apart"),
-        pytest.param((0.2, 0.6), 0.0, False, id="its strands met elsewhere"),
-        pytest.param(None, 0.0, False, id="it was known"),
-    ],
-)
-def test_a_loop_in_doubt_stays_so_where_an_end_has_slid_to_where_its_strands_met(
-    in_doubt, clear_widths, stays
-):
-    path = closed_by_its_end(15.0, clear_widths)
-    search = search_after(path, 15.0, 1, loops_known=True)
-    search = replace(search, body=replace(search.body, loop_in_doubt=in_doubt))
-    assert search.loop_in_doubt(candidate(path)) == (in_doubt if stays else None)
-
-
-def drawn_search(path, width):
-    """Return the search for a body in a picture of it, laid along a path."""
-    path = path.shifted(-min(path.curve.real) - 1j * min(path.curve.imag) + 2 * width * (1 + 1j))
-    shape = tuple(int(max(part) + 2 * width) for part in (path.curve.imag, path.curve.real))
-    widths = np.full(len(path.curve), width)
-    points = as_points(path.curve)
-    mask, *_ = strands(shape, points, widths, width, BodyResidualSettings())
-    search = search_after(path, width, 1, loops_known=True)
-    return replace(search, seen=ObjectMasks(mask, None, width, search.settings.residual)), path
-
-
-@pytest.mark.parametrize(("clear_widths", "is_turned"), [(0.0, False), (1.2, True)])
-def test_a_loop_passed_the_wrong_way_is_turned_round_once_its_end_comes_off_its_strand(
-    monkeypatch, clear_widths, is_turned
-):
-    """A worm's end has come off its strand; the body was followed with the loop the other way."""
-    width = 15.0
-    was = closed_by_its_end(width)
-    wrong = turned_at_end(was, width, True, StrandExchangeSettings())
-    true = closed_by_its_end(width, clear_widths)
-    search, shifted = drawn_search(true, width)
-    wrong = wrong.shifted(shifted.curve[0] - true.curve[0])
-    monkeypatch.setattr(
-        CandidateSearch, "slid", lambda self, path: self.scored(path, self.model.widths)
-    )
-    search = replace(search, last=wrong)
-    found = search.loop_turned(search.scored(wrong, search.model.widths))
-    assert found.was_exchanged is is_turned
-    away = np.abs(found.path.curve[::8] - shifted.curve[::8]).max()
-    assert bool(away < 2 * width) is is_turned
-
-
 def test_ends_laid_anew_each_where_the_other_was_are_not_kept():
     path = kinked_loop(2.5, 15.0)
     search = search_after(path, 15.0, 1, loops_known=True)
@@ -260,11 +116,6 @@ def test_ends_laid_anew_each_where_the_other_was_are_not_kept():
 def test_a_body_that_leaves_something_over_is_not_told_whatever_is_known_of_its_loops():
     body = PropagatedBody(kinked_loop(2.5, 15.0), 0.95, 0.95, over_limits=1.2)
     assert not body.is_explained
-
-
-def candidate(path, left_over_widths2=0.0):
-    nothing = np.zeros((9, 9), np.uint8)
-    return Candidate(path, 0.95, Unexplained(left_over_widths2, 0.0, 0.0, 0.95, nothing, nothing))
 
 
 @pytest.mark.parametrize(
@@ -381,22 +232,6 @@ def test_after_a_body_was_lost_a_contour_must_show_its_known_length(
     assert follower._continues(found, seen) is continues
 
 
-@pytest.mark.parametrize(("end_moves_widths", "is_exchanged"), [(0.5, True), (1.5, False)])
-def test_strands_are_exchanged_where_the_ends_stay(monkeypatch, end_moves_widths, is_exchanged):
-    width = 15.0
-    found = candidate(kinked_loop(2.5, width))
-    search = search_after(found.path, width, 1, loops_known=True)
-    search = replace(search, body=replace(search.body, straighter=10.0))
-    crossing, _ = exchanged_strands(found.path, width, search.settings.exchange)
-    ends_away = crossing.curve.copy()
-    ends_away[0] += end_moves_widths * width * 1j
-    slid = candidate(BodyPath(ends_away))
-    monkeypatch.setattr(CandidateSearch, "slid", lambda *_: slid)
-    told = search.exchanged(found)
-    assert told.was_exchanged is is_exchanged
-    assert np.array_equal(told.path.curve, slid.path.curve if is_exchanged else found.path.curve)
-
-
 @pytest.mark.parametrize(
     ("longer", "scatter", "status"),
     [
@@ -433,33 +268,6 @@ def test_an_end_against_the_body_of_one_shade_is_as_sure_as_the_length(longer, s
     pale = np.where(np.arange(len(widths)) > 0.75 * len(widths), 45.0, 100.0)  # but for a pale one
     faint = replace(dark, levels=pale, length_scatter=0.03)
     assert observation_of(body, faint, 0.95, PropagationSettings()).status is Status.END_HIDDEN
-
-
-@pytest.mark.parametrize(
-    ("end_sd_widths", "status"),
-    [
-        pytest.param(0.1, Status.LOOP_IN_DOUBT, id="both ends are seen"),
-        pytest.param(0.6, Status.END_HIDDEN, id="an end is not seen either"),
-    ],
-)
-def test_what_lies_outside_a_loop_in_doubt_is_told(end_sd_widths, status):
-    width = 15.0
-    path = kinked_loop(2.5, width)
-    search = search_after(path, width, 1, loops_known=False)
-    ends = (0.1 * width, end_sd_widths * width)
-    part = search.loop_in_doubt(candidate(path))
-    body = PropagatedBody(path, 0.95, 0.95, 0j, ends, loop_in_doubt=part)
-    told = observation_of(body, search.model, 0.95, PropagationSettings())
-    assert told.status is status
-    first, behind = told.in_doubt
-    meeting = np.abs(told.points[:, 0] + 1j * told.points[:, 1])  # the strands meet in (0, 0)
-    assert (meeting[[first, behind - 1]] < 1.5 * width).all()
-    n = len(told.points)
-    assert 0 < first < n / 3
-    assert 2 * n / 3 < behind < n
-    back = told.reversed()
-    assert back.in_doubt == (n - behind, n - first)
-    assert back.reversed().in_doubt == told.in_doubt
 
 
 @pytest.mark.parametrize(
