@@ -70,7 +70,7 @@ def films() -> dict[Status, list[Picture]]:
         Status.AMBIGUOUS: [*seen, *empty, np.minimum(*(draw(RIG, body, 30) for body in pair))],
         Status.BRIDGED: [glaring(worm, k, 0.5) for k, worm in enumerate(worms)],
         Status.FOLDED: [draw(RIG, looping(k), k) for k in range(60)],
-        Status.LOOP_IN_DOUBT: filmed("4001", 40),
+        Status.LOOP_IN_DOUBT: filmed("4001", 110),
         Status.END_HIDDEN: [glaring(worm, k, 0.0) for k, worm in enumerate(worms)],
     }
 

@@ -5,7 +5,8 @@ import numpy as np
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import ObjectMasks, Unexplained
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.propagation.body_candidates import Candidate, CandidateSearch
+from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 

@@ -23,7 +23,7 @@ from worm_model.simulator.rig import Rig, draw, truth_of
 from worm_msgs_py import Status, Where
 from worm_msgs_py.errors import NoChamberFound, NotAPicture
 from worm_tracker.detection.polarity import Polarity
-from worm_tracker.follower import FollowerSettings
+from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker, TrackerSettings
 

@@ -7,13 +7,13 @@ from crawling_worm import FRAME_NS, SMALL_RIG, crawl, film, wavy_path
 from worm_msgs_py import Chamber, Geometry, Status
 from worm_msgs_py.errors import TrackerError
 from worm_msgs_py.files.corrections import Correction, CorrectionKind
-from worm_tracker.frame_queue import FrameQueue
-from worm_tracker.frame_state import PendingFrame
 from worm_tracker.head_tail.identity import ExchangeKind, HeadTail, HeadTailSettings
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.propagation.opening import AgreementSettings
 from worm_tracker.tracker import Tracker
+from worm_tracker.waiting.frame_queue import FrameQueue
+from worm_tracker.waiting.frame_state import PendingFrame
 from worm_tracker.worm_track import WormTrack
 
 FRAMES, AHEAD = 24, 60

@@ -95,7 +95,7 @@ def test_a_recording_that_paused_for_an_hour_in_a_fold_goes_on():
 
 
 def test_where_a_loop_may_be_passed_either_way_round_the_rest_of_the_body_is_told():
-    given, bodies = tracked("4001", 0, 40, "coarse")
+    given, bodies = tracked("4001", 0, 110, "coarse")
     doubted = [one for one in given if one.state.status is Status.LOOP_IN_DOUBT]
     assert doubted
     for one in doubted:

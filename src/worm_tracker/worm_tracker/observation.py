@@ -46,9 +46,8 @@ class Observation:
         Not told, but which end is which is carried on by it.
     over_limits : float
         What its midline leaves over of the object, over what it may.
-    turned_round : bool
-        Whether its body was followed the wrong way round until now: its ends are not those of the
-        picture before.
+    order_known : bool
+        Whether its widths tell that its ends come in the order of the body model.
     path_number : int
         Of the path that the body is slid along, from 1 on, or from -1 down on a way back; 0 where
         it is not. Midlines of one path have the same order of the ends, however near to itself the
@@ -71,7 +70,7 @@ class Observation:
     kept: Detection | None = None
     followed: "Observation | None" = None
     over_limits: float = 0.0
-    turned_round: bool = False
+    order_known: bool = False
     path_number: int = 0
 
     @property

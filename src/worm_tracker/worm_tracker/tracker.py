@@ -24,14 +24,15 @@ from worm_tracker.detection.detection import Detection
 from worm_tracker.detection.detector import Detector, DetectorSettings
 from worm_tracker.detection.polarity import dark_on_bright
 from worm_tracker.failure_advice import FailureAdvice
-from worm_tracker.follower import Follower, FollowerSettings
+from worm_tracker.following.follower import Follower
+from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.frame_intervals import FrameIntervals, FrameIntervalSettings
-from worm_tracker.frame_queue import FrameQueue
-from worm_tracker.frame_state import PendingFrame
 from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail, HeadTailSettings
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.propagation.opening import AgreementSettings
+from worm_tracker.waiting.frame_queue import FrameQueue
+from worm_tracker.waiting.frame_state import PendingFrame
 from worm_tracker.worm_track import WormTrack
 
 

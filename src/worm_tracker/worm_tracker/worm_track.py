@@ -15,6 +15,10 @@ MOST_FRAMES_SKIPPED = 15
 """Frames without a view of the rig, a second, from which on more make no difference."""
 
 
+LONG_UNRESOLVED = 15
+"""Frames without a midline, a second, from which on what is learned first may not be the worm."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class PropagatedBody:
     """A body that was propagated from the frame before, rather than found by its contour.
@@ -45,6 +49,8 @@ class PropagatedBody:
         meanwhile.
     turned_round : bool
         Whether it was followed the wrong way round until now.
+    order_known : bool
+        Whether its widths tell that its ends are in the order of the body model.
     was_slid : bool
         Whether it was slid along itself from the picture before, so that its ends are those there.
     """
@@ -59,6 +65,7 @@ class PropagatedBody:
     loop_in_doubt: tuple[float, float] | None = None
     frames_unexplained: int = 0
     turned_round: bool = False
+    order_known: bool = False
     was_slid: bool = False
 
     @property
@@ -173,7 +180,22 @@ class WormTrack:
     @property
     def prior(self) -> DetectionPrior:
         """What is known of the worm before a picture is looked at."""
-        return DetectionPrior(self.model, self.blob, self.body)
+        return DetectionPrior(self.model, self.blob, self.body, self.may_be_in_part)
+
+    @property
+    def may_be_in_part(self) -> bool:
+        """Whether what is known of the worm may be a part of it, or the worm laid double.
+
+        It began in a fold, and has not been seen for long since.
+        """
+        if self.model is None:
+            return self.was_folded_for_long
+        return self.model.is_young and (self.model.began_in_fold or self.was_folded_for_long)
+
+    @property
+    def was_folded_for_long(self) -> bool:
+        """Whether it has been seen without a midline for a second or more."""
+        return self.frames_unresolved >= LONG_UNRESOLVED
 
     @property
     def contour(self) -> Floats | None:

@@ -6,11 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_msgs_py import Status
+from worm_tracker.head_tail.certainty import certainty, certainty_before_link
 from worm_tracker.head_tail.identity import (
     HeadTail,
     HeadTailSettings,
-    certainty,
-    certainty_before_link,
 )
 from worm_tracker.observation import Observation
 from worm_tracker.worm_track import WormTrack

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_msgs_py import Status
-from worm_tracker.frame_queue import FrameQueue
-from worm_tracker.frame_state import PendingFrame
 from worm_tracker.head_tail.identity import HeadTail, HeadTailSettings
-from worm_tracker.head_tail.link import Chain, LinkSettings
+from worm_tracker.head_tail.link import Chain, KnownAgain, LinkSettings
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.opening import AgreementSettings
+from worm_tracker.waiting.frame_queue import FrameQueue
+from worm_tracker.waiting.frame_state import PendingFrame
 from worm_tracker.worm_track import WormTrack
 
 LENGTH, WIDTH, POINTS = 200.0, 10.0, 65
@@ -25,7 +25,7 @@ def hairpin(arm, apart=5.0):
     return np.stack([-np.abs(beyond), np.where(beyond > 0, 0.0, apart)], axis=1)
 
 
-def folded(points, *, path_number=0, turned_round=False, over_limits=0.0):
+def folded(points, *, path_number=0, order_known=False, over_limits=0.0):
     return Observation(
         Status.FOLDED,
         points=points,
@@ -35,7 +35,7 @@ def folded(points, *, path_number=0, turned_round=False, over_limits=0.0):
         end_sd_px=(0.1, 0.1),
         over_limits=over_limits,
         path_number=path_number,
-        turned_round=turned_round,
+        order_known=order_known,
     )
 
 
@@ -76,7 +76,7 @@ def test_ends_that_lie_on_each_other_unseen_may_change_places(arm, sd_px, is_sur
     chain.push(folded(hairpin(arm), path_number=1))
     later = folded(hairpin(arm + 1.0), path_number=1)
     hidden = (sd_px > 0.4 * WIDTH) * 3
-    link = chain.push(replace(later, seen_end_sd_px=(sd_px, 0.5), occluded=(hidden, 0)))
+    link = chain.push(replace(later, end_sd_px=(sd_px, 0.5), occluded=(hidden, 0)))
     assert (link.reliability > 0.99) == is_sure
     assert is_sure or link.reliability < 0.7
 
@@ -104,34 +104,81 @@ def test_a_body_that_was_lost_meanwhile_may_have_changed_its_ends(frames_unexpla
     assert (link.reliability > 0.99) == is_sure
 
 
-def test_ends_are_those_of_the_last_explained_body_where_one_was_turned_round():
-    """In between it was followed the wrong way round, and nearer to what it was then."""
+@pytest.mark.parametrize(("frames_unexplained", "most"), [(5, 1.0), (6, 0.6)])
+def test_a_body_found_again_may_have_lain_the_other_way_round(frames_unexplained, most):
+    """However far from each other its ends are: what was followed meanwhile was not the body."""
     chain = Chain(WormTrack(), LinkSettings())
-    chain.push(folded(hairpin(EVEN)))
-    wrong = hairpin(EVEN)[::-1]
-    chain.push(folded(wrong, over_limits=2.0, path_number=3))
-    chain.push(folded(wrong, over_limits=2.0, path_number=3))
-    link = chain.push(folded(hairpin(EVEN + 1.0), turned_round=True, path_number=4))
-    assert np.array_equal(link.observation.points, hairpin(EVEN + 1.0))
-    assert link.reliability == LinkSettings().turned_reliability
-    assert link.frames_passed == 2
+    chain.push(folded(hairpin(0.0)))
+    for _ in range(frames_unexplained):
+        chain.push(folded(hairpin(0.0), over_limits=2.0))
+    assert chain.push(folded(hairpin(1.0))).reliability == pytest.approx(most, abs=0.01)
 
 
-@pytest.mark.parametrize(("turned_round", "is_certain"), [(True, True), (False, False)])
-def test_the_head_stays_certain_over_a_body_that_was_followed_the_wrong_way_round(
-    turned_round, is_certain
-):
-    head_tail = HeadTail(WormTrack(), HeadTailSettings())
-    queue = FrameQueue(
-        head_tail, 256, np.nan, most_frames_for_body=0, agreement=AgreementSettings()
-    )
-    into_the_turn = [folded(hairpin(arm), path_number=1) for arm in np.arange(-60.0, EVEN, 4.0)]
-    seen = [replace(each, end_sd_px=(0.0, 0.0)) for each in into_the_turn]
-    lost = folded(hairpin(EVEN, apart=0.5)[::-1], over_limits=2.0)  # the same from either end
-    seen += [Observation(Status.COILED, followed=lost)] * 2
-    seen += [folded(hairpin(EVEN), turned_round=turned_round)]
+def test_widths_tell_the_order_whatever_the_way_there_says():
+    chain = Chain(WormTrack(), LinkSettings())
+    chain.push(folded(hairpin(60.0), order_known=True))
+    chain.push(folded(hairpin(61.0)))
+    other = hairpin(62.0)[::-1]
+    link = chain.push(folded(other, order_known=True))
+    assert np.array_equal(link.observation.points, other)
+    assert link.known_again == KnownAgain(1, True, LinkSettings().turned_reliability)
+    assert link.motion is None
+
+
+@given(arms=st.lists(st.floats(-60.0, 60.0), min_size=1, max_size=30))
+def test_a_body_whose_widths_tell_its_order_keeps_its_ends_wherever_it_lies(arms):
+    """No doubt adds up: each picture tells it anew."""
+    chain = Chain(WormTrack(), LinkSettings())
+    chain.push(folded(hairpin(EVEN), order_known=True))
+    for off in arms:
+        link = chain.push(folded(hairpin(EVEN + off), order_known=True))
+        assert np.array_equal(link.observation.points, hairpin(EVEN + off))
+        assert link.known_again is not None
+        assert link.known_again.reliability >= LinkSettings().turned_reliability
+
+
+def queue_of(head_tail):
+    return FrameQueue(head_tail, 256, np.nan, most_frames_for_body=0, agreement=AgreementSettings())
+
+
+def heads_given(seen):
+    """Return where the head is told in each frame that has a midline, and how surely."""
+    queue = queue_of(HeadTail(WormTrack(), HeadTailSettings()))
     for frame, observation in enumerate(seen):
         queue.push(PendingFrame(frame, frame, observation, None))
-    given = queue.finish()
-    certain = [each.state.head_certainty > 0.9 for each in given if each.state.status.has_pose]
-    assert all(certain) if is_certain else not any(certain)
+    states = [each.state for each in queue.finish()]
+    return [(each.head.v_px, each.head_certainty) for each in states if each.status.has_pose]
+
+
+INTO_THE_TURN = [
+    replace(folded(hairpin(arm), path_number=1, order_known=True), end_sd_px=(0.0, 0.0))
+    for arm in np.arange(-60.0, EVEN, 4.0)
+]
+
+
+@pytest.mark.parametrize(("order_known", "is_certain"), [(True, True), (False, False)])
+def test_the_head_stays_certain_over_a_body_that_was_followed_the_wrong_way_round(
+    order_known, is_certain
+):
+    lost = folded(hairpin(EVEN, apart=0.5)[::-1], over_limits=2.0)  # the same from either end
+    seen = [*INTO_THE_TURN, *[Observation(Status.COILED, followed=lost)] * 2]
+    seen += [folded(hairpin(EVEN), order_known=order_known)]
+    certain = [certainty > 0.9 for _, certainty in heads_given(seen)]
+    known = len(seen) - 3 + (1 if order_known else 0)
+    assert all(certain[:known]), "what was known before stays so"
+    assert certain[-1] is is_certain
+
+
+@pytest.mark.parametrize("changed_at", [0, 2, 4])
+def test_what_lies_behind_the_place_where_ends_changed_is_turned_round_once_widths_tell(changed_at):
+    """Five midlines of one path, whose ends are exchanged at one of them."""
+    between = [folded(hairpin(EVEN + k), path_number=2) for k in range(5)]
+    hidden = {"occluded": (0, 5), "end_sd_px": (0.5, 9.0)}
+    between[changed_at] = replace(between[changed_at], **hidden)
+    between = [each.reversed() if k >= changed_at else each for k, each in enumerate(between)]
+    last = folded(hairpin(EVEN + 5), order_known=True, path_number=3)
+    given = heads_given([*INTO_THE_TURN, *between, last])
+    assert given[-1][1] > 0.9
+    for v_px, certainty in given[-6:]:
+        assert abs(v_px) < 0.1, "the head is on the arm that it was on"
+        assert certainty > 0.9

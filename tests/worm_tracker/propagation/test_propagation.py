@@ -14,7 +14,8 @@ from drawn_folds import DARKENING, LEVEL, Drawn, laid, rounded_widths
 from worm_model.evaluation.distances import as_given_rms, resampled
 from worm_model.simulator.scenes import SCENES, Take
 from worm_msgs_py import Status
-from worm_tracker.follower import Follower, FollowerSettings
+from worm_tracker.following.follower import Follower
+from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import (
     BodyResidualSettings,
@@ -179,7 +180,7 @@ def tapered_body(turned):
     search = replace(
         search,
         seen=ObjectMasks(mask, None, width, search.settings.residual),
-        model=replace(search.model, widths=widths),
+        model=replace(search.model, widths=widths, frames=30),
     )
     last = path.turned_round() if turned else path
     return replace(search, last=last, body=replace(search.body, path=last)), last
@@ -201,12 +202,35 @@ def test_a_body_as_wide_at_both_ends_is_not_turned_round():
     assert not search.turned_round(search.scored(path, even)).turned_round
 
 
-def test_a_body_that_leaves_something_over_either_way_is_not_turned_round():
+def test_a_body_of_which_little_has_been_seen_is_not_turned_round():
     search, path = tapered_body(turned=True)
-    mask = search.seen.mask.copy()
-    mask[20:40, 20:40] = 255  # something that lies elsewhere
-    search = replace(search, seen=ObjectMasks(mask, None, 12.0, search.settings.residual))
+    search = replace(search, model=replace(search.model, frames=2))
     assert not search.turned_round(search.scored(path, search.model.widths)).turned_round
+
+
+@pytest.mark.parametrize("turned", [True, False])
+def test_widths_tell_which_end_is_which_beside_something_else(turned):
+    search, path = tapered_body(turned)
+    mask = search.seen.mask.copy()
+    mask[20:40, 20:40] = 255
+    search = replace(search, seen=ObjectMasks(mask, None, 12.0, search.settings.residual))
+    told = search.turned_round(search.scored(path, search.model.widths))
+    assert told.turned_round is turned
+    assert not search.order_known(told), "what leaves something over may lie elsewhere"
+
+
+@pytest.mark.parametrize(
+    ("frames", "even", "is_known"), [(30, False, True), (2, False, False), (30, True, False)]
+)
+def test_the_order_is_known_of_a_body_whose_ends_differ_once_its_widths_are(frames, even, is_known):
+    search, path = tapered_body(turned=False)
+    widths = np.full(65, 12.0) if even else search.model.widths
+    search = replace(search, model=replace(search.model, widths=widths, frames=frames))
+    mask, *_ = strands(search.seen.mask.shape, path.points, widths, 12.0, BodyResidualSettings())
+    search = replace(search, seen=ObjectMasks(mask, None, 12.0, search.settings.residual))
+    found = search.scored(path, widths)
+    assert search.over_limits(found) <= 1
+    assert search.order_known(found) is is_known
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
 from worm_tracker.detection.blobs import Window, whole_picture
 from worm_tracker.detection.dim_places import DimPlaces, DimPlacesSettings
 from worm_tracker.detection.glare import GLARE_STRIDE, glare_limit
+from worm_tracker.detection.illumination import evened
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +53,9 @@ class Background:
         Non-zero where the worm, widened by its blur, covers the background of the first picture.
     water : ndarray of bool, shape (h, w)
         Where clear water lets all light through.
+    evening : ndarray of uint8, shape (h, w)
+        What a signal is multiplied by, in hundredths, for light that is the same everywhere (see
+        `evening_of`).
     settings : BackgroundSettings
 
     Attributes
@@ -70,9 +74,11 @@ class Background:
         empty: Floats32,
         worm: Picture,
         water: Mask,
+        evening: Picture,
         settings: BackgroundSettings,
     ) -> None:
         self._settings = settings
+        self._evening = evening
         self.clear = np.rint(empty).astype(np.uint8)
         limit = glare_limit(self.clear, settings.glare_over_clear_grey)
         masked = (worm > 0) | (picture > limit)
@@ -111,7 +117,7 @@ class Background:
         """Return how much darker than the background a window of the picture is."""
         signal = np.asarray(cv2.subtract(self.scaled(gain, window), picture[window]), np.uint8)
         self.dim.weigh(signal, window)
-        return signal
+        return evened(signal, self._evening[window])
 
     def scaled(self, gain: float, window: Window) -> Picture:
         """Return a window of the background as bright as a picture of this gain."""
@@ -156,6 +162,9 @@ class Background:
         self.clear = np.asarray(
             cv2.warpAffine(self.clear, motion, size, flags=cv2.INTER_NEAREST, borderValue=255),
             np.uint8,
+        )
+        self._evening = np.asarray(
+            cv2.warpAffine(self._evening, motion, size, borderMode=replicate), np.uint8
         )
         self.dim.transform(motion)
         self.dim.update(self.picture, whole_picture(self.picture.shape))

@@ -35,11 +35,14 @@ class DetectionPrior:
         The object that it was in the last picture; None where it was not seen.
     body : ndarray, shape (TRACKED_POINTS, 2), or None
         Its last midline, as long as it has not been out of view.
+    may_be_in_part : bool
+        Whether what is known of it may be a part of it, or the worm laid double.
     """
 
     model: BodyModel | None = None
     blob: Blob | None = None
     body: Floats | None = None
+    may_be_in_part: bool = False
 
     @property
     def area(self) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from worm_msgs_py.arrays import Floats, Mask, Picture
+from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.background import Background, BackgroundSettings
@@ -34,10 +34,12 @@ from worm_tracker.detection.glare import (
     may_occlude,
 )
 from worm_tracker.detection.illumination import (
-    WALL_REACH_PX,
     IlluminationSettings,
     arena_of,
+    clear_water,
     empty_rig,
+    evened,
+    evening_of,
 )
 from worm_tracker.detection.occlusion import OcclusionSettings
 from worm_tracker.detection.pale_ends import PaleEndSettings, may_miss_an_end, with_pale_ends
@@ -93,16 +95,18 @@ class Detector:
 
     def __init__(self, picture: Picture, geometry: Geometry, settings: DetectorSettings) -> None:
         self._settings = settings
-        empty, arena = empty_rig(picture, geometry, settings.illumination)
+        empty, arena, light = empty_rig(picture, geometry, settings.illumination)
         self._arena = arena.astype(np.uint8) * 255
         self._empty = np.rint(empty).astype(np.uint8)
-        signal = cv2.subtract(self._empty, picture)
+        evening = evening_of(light, arena, settings.illumination)
+        signal = np.asarray(cv2.subtract(self._empty, picture), np.uint8)
+        signal = evened(signal, evening)
         signal = smoothed(np.asarray(cv2.bitwise_and(signal, self._arena), np.uint8))
         self._noise = noise_sd((empty - picture).astype(np.int16)[arena])
         self._first_threshold = first_threshold(signal, self._noise, settings.blobs)
         worm = self._first_worm(picture, signal)
-        water = _clear_water(arena, geometry)
-        self._background = Background(picture, empty, worm, water, settings.background)
+        water = clear_water(arena, geometry)
+        self._background = Background(picture, empty, worm, water, evening, settings.background)
         self._frames_of_all_worm = 0
 
     @property
@@ -170,7 +174,8 @@ class Detector:
         if detection.occlusion is None:  # else not all of the worm may be known
             worm = self._worm_mask(detection.blob)
             least = self._settings.cut_off_area_over_worm * prior.area
-            part = detection.blob.area < least  # the rest may be paler than the threshold
+            # The rest may be paler than the threshold.
+            part = prior.may_be_in_part or detection.blob.area < least
             mask = _either(worm, dark) if part else worm
             self._background.average(picture, detection.gain, mask)
         if all_worm is not None and prior.model is not None:
@@ -388,11 +393,3 @@ def _either(
         return other(window) if mask is None else np.asarray(mask | other(window), np.uint8)
 
     return both
-
-
-def _clear_water(arena: Mask, geometry: Geometry) -> Mask:
-    """Return where clear water is sure to be bright: away from the walls of the rig."""
-    if not geometry.chambers:
-        return np.zeros_like(arena)
-    size = 2 * (WALL_REACH_PX + 3) + 1
-    return cv2.erode(arena.astype(np.uint8), np.ones((size, size), np.uint8)) > 0

@@ -11,6 +11,7 @@ from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.intervals import SD_OF_MAD
 
+_HUNDRED = 100.0
 WALL_REACH_PX = 12
 """How far to either side of the wall its blurred profile is modelled: that of any lens in use."""
 
@@ -33,6 +34,8 @@ class IlluminationSettings:
     some of them darker."""
     clear_over_brightest: float = 0.85
     """Brightness over that of its brightest pixels from which a passage's pixel is clear water."""
+    most_evening: float = 2.0
+    """The most that a signal is made stronger or weaker for uneven light."""
     lit_over_entrance: float = 0.6
     """Brightness over that of its entrance from which a place is taken to be in the passage."""
 
@@ -76,7 +79,7 @@ def fit_illumination(picture: Picture, arena: Mask, settings: IlluminationSettin
 
 def empty_rig(
     picture: Picture, geometry: Geometry, settings: IlluminationSettings
-) -> tuple[Floats32, Mask]:
+) -> tuple[Floats32, Mask, Floats32]:
     """Return what the picture would show without a worm, and where the worm can be.
 
     Parameters
@@ -94,10 +97,13 @@ def empty_rig(
         along the passage, whose walls are like it, and elsewhere the picture itself.
     arena : ndarray of bool, shape (h, w)
         Chambers up to just beyond the wall, and passages.
+    light : ndarray of float32, shape (h, w)
+        The smooth light of the lamp.
     """
     if not geometry.chambers:
         arena = np.ones(picture.shape, bool)
-        return fit_illumination(picture, arena, settings), arena
+        light = fit_illumination(picture, arena, settings)
+        return light, arena, light
     rigs = _regions(picture, geometry, settings)
     arena = _arena(rigs, picture.shape)
     water = np.zeros(picture.shape, bool)
@@ -120,7 +126,44 @@ def empty_rig(
         open_water = region.passage & (region.depth > WALL_REACH_PX / 4)
         level = _passage_level(relative[open_water], settings)
         background[inner] = light[inner] * level * np.interp(across, away, part)
-    return background, arena
+    return background, arena, light
+
+
+def clear_water(arena: Mask, geometry: Geometry) -> Mask:
+    """Return where clear water is sure to be bright: away from the walls of the rig."""
+    if not geometry.chambers:
+        return np.zeros_like(arena)
+    size = 2 * (WALL_REACH_PX + 3) + 1
+    return cv2.erode(arena.astype(np.uint8), np.ones((size, size), np.uint8)) > 0
+
+
+def evening_of(light: Floats32, arena: Mask, settings: IlluminationSettings) -> Picture:
+    """Return what a signal is multiplied by, in hundredths, for light that is the same everywhere.
+
+    A worm takes away a part of the light: where it is dim, it is less dark than the water by fewer
+    grey levels.
+
+    Parameters
+    ----------
+    light : ndarray of float32, shape (h, w)
+        See `empty_rig`.
+    arena : ndarray of bool, shape (h, w)
+        Where a worm can be; the light is made as its mean there.
+    settings : IlluminationSettings
+
+    Returns
+    -------
+    ndarray of uint8, shape (h, w)
+    """
+    mean = float(light[arena].mean())
+    most = settings.most_evening
+    even = np.clip(mean / np.maximum(light, 1.0), 1 / most, most)
+    return np.asarray(np.rint(_HUNDRED * even), np.uint8)
+
+
+def evened(signal: Picture, evening: Picture) -> Picture:
+    """Return a signal as it would be in light that is the same everywhere; see `evening_of`."""
+    return np.asarray(cv2.multiply(signal, evening, scale=1 / _HUNDRED), np.uint8)
 
 
 def arena_of(picture: Picture, geometry: Geometry, settings: IlluminationSettings) -> Mask:

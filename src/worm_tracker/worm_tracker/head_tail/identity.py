@@ -12,12 +12,20 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.head_tail.appearance import AppearanceModel, AppearanceSettings
+from worm_tracker.head_tail.certainty import certainty, diluted
 from worm_tracker.head_tail.forward_motion import (
     ForwardMotionSettings,
     together,
     with_motion,
 )
-from worm_tracker.head_tail.link import BodyMotion, Chain, Link, LinkDecision, LinkSettings
+from worm_tracker.head_tail.link import (
+    BodyMotion,
+    Chain,
+    KnownAgain,
+    Link,
+    LinkDecision,
+    LinkSettings,
+)
 from worm_tracker.observation import Observation
 from worm_tracker.worm_track import WormTrack
 
@@ -155,7 +163,8 @@ class HeadTail:
         self._motion = 0.0
         self._appearance = _Appearance.unknown(settings.appearance)
         self._doubt: _Doubt | None = None
-        self._when_explained: tuple[float, _Doubt | None] = 0.0, None
+        self._when_known: tuple[float, _Doubt | None] = 0.0, None
+        self._motion_since_known = 0.0
         self._decided = 0
         self._corrected = False
         self.swaps = 0
@@ -188,6 +197,12 @@ class HeadTail:
         return abs(self.log_odds) >= self._settings.certain_log_odds
 
     @property
+    def when_known(self) -> tuple[int, float]:
+        """How many frames ago widths last told the order of the ends, and the log odds then."""
+        frames = self._chain.frames_unknown
+        return frames, self._when_known[0] if frames else self.log_odds
+
+    @property
     def corrected(self) -> bool:
         """Whether an operator has said which end is the head."""
         return self._corrected
@@ -206,6 +221,7 @@ class HeadTail:
         sign = -1.0 if self.log_odds >= 0 else 1.0
         self._motion = sign * self._settings.most_log_odds
         self._doubt = None
+        self._when_known, self._motion_since_known = (self._motion, None), 0.0
         self._corrected = True
         self._decided = int(sign)
 
@@ -219,9 +235,9 @@ class HeadTail:
         if self._doubt is not None:
             self._doubt = replace(self._doubt, frames=self._doubt.frames + 1)
 
-    def follow(self, observation: Observation) -> float:
-        """Carry the order of the ends on over a midline that is not told; return how surely."""
-        return self._link(observation).reliability
+    def follow(self, observation: Observation) -> Link:
+        """Carry the order of the ends on over a midline that is not told."""
+        return self._link(observation)
 
     def push(self, observation: Observation) -> Link:
         """Join the next midline, which may be either way round, and weigh what it says."""
@@ -231,23 +247,40 @@ class HeadTail:
             self._add_motion(link.motion, 2 * reliability - 1)
         decision = None if seen.appearance is None else self._add_appearance(seen.appearance)
         if decision is not None and decision.was_reversed:
-            self._chain.reverse()
+            self._chain.reverse(decision.frames)
+            if self._chain.frames_unknown <= decision.frames:
+                self._when_known = -self._when_known[0], self._when_known[1]
+            self._motion_since_known *= -1
             seen = seen.reversed()
         self._note_swap()
         return replace(link, observation=seen, decision=decision)
 
     def _link(self, observation: Observation) -> Link:
         """Join a midline, and take the belief over the link."""
-        if self._chain.is_explained:
-            self._when_explained = self._motion, self._doubt
+        if self._chain.is_known:
+            self._when_known, self._motion_since_known = (self._motion, self._doubt), 0.0
         link = self._chain.push(observation)
         if link.is_new_body and not self._corrected:
             self._forget()
-        if link.frames_passed and not self._corrected:
-            self._motion, doubt = self._when_explained
-            self._doubt = doubt and replace(doubt, frames=doubt.frames + link.frames_passed)
-        self._cross(link.reliability)
+        again = link.known_again
+        if again is None:
+            self._cross(link.reliability)
+        elif self._corrected or not (again.frames_between or again.way_was_wrong):
+            self._cross(1.0)
+        else:
+            self._know_again(again)
         return link
+
+    def _know_again(self, again: KnownAgain) -> None:
+        """Take up the belief of the last midline whose widths told the order of its ends."""
+        settings, since = self._settings.forward, self._motion_since_known
+        since = 0.0 if again.way_was_wrong else since
+        self._motion, doubt = self._when_known
+        self._motion = self._bounded(together(self._motion, since, settings))
+        if doubt is not None:
+            frames = doubt.frames + again.frames_between + 1
+            doubt = replace(doubt, frames=frames, since=together(doubt.since, since, settings))
+        self._doubt = doubt
 
     def _forget(self) -> None:
         """Forget what was held to be the head's looks and motion: it was not of this body."""
@@ -262,6 +295,7 @@ class HeadTail:
             same = log(reliability / (1 - reliability))
             self._doubt = _Doubt(self._motion, same, reliability)
         self._motion = self._bounded(diluted(self._motion, reliability))
+        self._motion_since_known = diluted(self._motion_since_known, reliability)
 
     def _add_appearance(self, appearance: Floats) -> LinkDecision | None:
         """Remember the ends' appearance, or tell by it which way round a link in doubt was."""
@@ -296,6 +330,8 @@ class HeadTail:
         if self._doubt is not None:
             since = with_motion(self._doubt.since, told, settings.forward)
             self._doubt = replace(self._doubt, since=since)
+        since_known = with_motion(self._motion_since_known, told, settings.forward)
+        self._motion_since_known = self._bounded(since_known)
         self._motion = self._bounded(with_motion(self._motion, told, settings.forward))
 
     def _bounded(self, odds: float) -> float:
@@ -315,25 +351,3 @@ class HeadTail:
         if self._decided == -sign:
             self.swaps += 1
         self._decided = sign
-
-
-LEAST_CERTAINTY = 0.5
-"""That of a head which may as well be the tail."""
-
-
-def certainty(log_odds: float) -> float:
-    """Return the probability of the likelier way round, 0.5 to 1."""
-    return 1 / (1 + exp(-abs(log_odds)))
-
-
-def certainty_before_link(certainty_after: float, reliability: float) -> float:
-    """Return the certainty before a link from that after it."""
-    return certainty_after * reliability + (1 - certainty_after) * (1 - reliability)
-
-
-def diluted(log_odds: float, reliability: float) -> float:
-    """Return the log odds after a link that may be the wrong way round."""
-    if reliability == 1.0:
-        return log_odds
-    p = certainty_before_link(1 / (1 + exp(-log_odds)), reliability)
-    return log(p / (1 - p))

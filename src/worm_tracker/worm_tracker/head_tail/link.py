@@ -6,6 +6,7 @@ from math import exp
 import numpy as np
 
 from worm_msgs_py.arrays import Floats
+from worm_tracker.head_tail.certainty import both_say, certainty_before_link
 from worm_tracker.midline.body_model import BodyModelSettings
 from worm_tracker.midline.curve import (
     as_complex,
@@ -39,9 +40,13 @@ class LinkSettings:
     """How surely a body that was slid along itself has kept its ends."""
     most_frames_unexplained: int = 5
     """Most pictures in a row that it may have left unexplained meanwhile."""
+    lost_reliability: float = 0.6
+    """The most that a link is trusted to a body that explains its picture from one that left more
+    pictures than that unexplained: it may have lain elsewhere, the other way round."""
+    order_reliability: float = 0.998
     turned_reliability: float = 0.98
-    """How surely the widths of a body that was followed the wrong way round tell which of its ends
-    is which: they explain the picture one way round, and by far not the other."""
+    """How surely the widths of a body tell which of its ends is which; and where they tell another
+    order than its way from the last body of which they told it."""
     most_frames_of_motion: int = 3
     """Frames between two midlines beyond which their difference is no motion."""
     body: BodyModelSettings = field(default_factory=BodyModelSettings)
@@ -79,6 +84,25 @@ class LinkDecision:
     reliability: float
 
 
+@dataclass(frozen=True, slots=True)
+class KnownAgain:
+    """A midline whose widths tell the order of its ends, as those of an earlier one did.
+
+    Attributes
+    ----------
+    frames_between : int
+        How many frames lie between the two.
+    way_was_wrong : bool
+        Whether the links between them say the contrary: one of them was the wrong way round.
+    reliability : float
+        Probability, 0.5 to 1, that the two are in the same order.
+    """
+
+    frames_between: int
+    way_was_wrong: bool
+    reliability: float
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Link:
     """An observation linked to those before it.
@@ -95,8 +119,8 @@ class Link:
         Whether the body has been learned anew since: what was held to be the worm was not.
     decision : LinkDecision or None
         On an earlier link, where this frame's appearance has decided it.
-    frames_passed : int
-        How many frames before it are passed over: it leads to the one before these.
+    known_again : KnownAgain or None
+        Where its widths tell the order of its ends, and have told it before.
     """
 
     observation: Observation
@@ -104,7 +128,7 @@ class Link:
     motion: BodyMotion | None
     is_new_body: bool = False
     decision: LinkDecision | None = None
-    frames_passed: int = 0
+    known_again: KnownAgain | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,33 +139,54 @@ class _Order:
     ----------
     is_reversed : bool
         Whether the last midline had to be turned round.
-    was_reversed : bool
-        The same of the last one that explained its picture.
+    model_reversed : bool or None
+        Whether the body model would have to be, by the last midline whose widths told its order;
+        None where none has.
     path_number : int
         Of the last one.
     frames_unexplained : int
         Since one explained its picture.
+    frames_unknown : int
+        Since the widths of one told its order.
+    kept : float
+        Probability that the order has been kept since then, by the links alone.
     """
 
     is_reversed: bool = False
-    was_reversed: bool = False
+    model_reversed: bool | None = None
     path_number: int = 0
     frames_unexplained: int = 0
+    frames_unknown: int = 0
+    kept: float = 1.0
 
-    def then(self, observation: Observation, is_reversed: bool) -> "_Order":
-        """Return the order after one midline more."""
-        number = observation.path_number
-        if observation.explains:
-            return _Order(is_reversed, is_reversed, number)
-        return _Order(is_reversed, self.was_reversed, number, self.frames_unexplained + 1)
+    def then(
+        self, observation: Observation, is_reversed: bool, reliability: float, told: int
+    ) -> "_Order":
+        """Return the order after one midline more; `told` as of `Chain._order_told`."""
+        return _Order(
+            is_reversed,
+            is_reversed != (told < 0) if told else self.model_reversed,
+            observation.path_number,
+            0 if observation.explains else self.frames_unexplained + 1,
+            0 if told else self.frames_unknown + 1,
+            1.0 if told else certainty_before_link(self.kept, reliability),
+        )
 
     def missed(self) -> "_Order":
         """Return the order after a frame without a midline."""
-        return replace(self, path_number=0, frames_unexplained=self.frames_unexplained + 1)
+        return replace(
+            self,
+            path_number=0,
+            frames_unexplained=self.frames_unexplained + 1,
+            frames_unknown=self.frames_unknown + 1,
+        )
 
-    def reversed(self) -> "_Order":
-        """Return the order where the chain is turned round."""
-        return replace(self, is_reversed=not self.is_reversed, was_reversed=not self.was_reversed)
+    def reversed(self, frames: int) -> "_Order":
+        """Return the order where the chain is turned round from so many frames ago on."""
+        order = replace(self, is_reversed=not self.is_reversed)
+        if self.model_reversed is None or self.frames_unknown > frames:
+            return order
+        return replace(order, model_reversed=not self.model_reversed)
 
 
 class Chain:
@@ -175,9 +220,9 @@ class Chain:
         return self._track.linked is not None
 
     @property
-    def is_explained(self) -> bool:
-        """Whether the last frame has a midline that explains it."""
-        return not self._order.frames_unexplained
+    def is_known(self) -> bool:
+        """Whether the widths of the last midline told which of its ends is which."""
+        return self._order.model_reversed is not None and not self._order.frames_unknown
 
     def skip(self, frames: int) -> None:
         """Note that frames are missing: the next link is over a longer time."""
@@ -188,11 +233,16 @@ class Chain:
         self._gap += 1
         self._order = self._order.missed()
 
-    def reverse(self) -> None:
-        """Turn the last midline round: it was linked the wrong way."""
+    @property
+    def frames_unknown(self) -> int:
+        """How many frames ago a midline's widths last told which of its ends is which."""
+        return self._order.frames_unknown
+
+    def reverse(self, frames: int) -> None:
+        """Turn the last midlines round, since so many frames ago: they were linked wrong."""
         if self._track.linked is not None:
             self._track.link(self._track.linked[::-1])
-            self._order = self._order.reversed()
+            self._order = self._order.reversed(frames)
 
     def push(self, observation: Observation) -> Link:
         """Link the next midline, which may be either way round."""
@@ -200,46 +250,69 @@ class Chain:
         if last is None:
             self._track.link(observation.points)
             self._bodies_begun = self._track.bodies_begun
-            self._order = _Order().then(observation, is_reversed=False)
+            told = self._order_told(observation)
+            self._order = _Order().then(observation, False, 1.0, told)
             return Link(observation, 1.0, None)
-        straight = _mean_distance(observation.points, last)
-        turned = _mean_distance(observation.points[::-1], last)
-        order = self._order
-        same_path = order.path_number == observation.path_number != 0
-        same_path &= order.frames_unexplained <= self._settings.most_frames_unexplained
-        is_reversed = turned < straight
-        if observation.turned_round:
-            is_reversed = order.was_reversed
-        elif same_path:
-            is_reversed = order.is_reversed
-        self._order = order.then(observation, is_reversed)
-        if is_reversed:
-            observation = observation.reversed()
-        points, width = observation.points, observation.width
-        near, far = sorted((straight, turned))
-        reliability = self._reliability(points, last, width, near, far)
-        if self._is_leap(points, last, width):
-            reliability = min(reliability, self._settings.leap_reliability)
-        elif same_path:
-            reliability = max(reliability, self._settings.same_path_reliability)
-        if any(observation.occluded):
-            reliability = min(reliability, ends_kept(points, observation.seen_end_sd_px))
-        motion = self._motion(points, last)
-        if any(observation.end_sd_px):
+        is_reversed, reliability = self._by_way(observation, last)
+        new_body = self._track.bodies_begun != self._bodies_begun
+        self._bodies_begun = self._track.bodies_begun
+        if new_body:
+            self._order = replace(self._order, model_reversed=None)
+        told = self._order_told(observation)
+        known_again = self._known_again(told, is_reversed, reliability)
+        way_was_wrong = known_again is not None and known_again.way_was_wrong
+        is_reversed ^= way_was_wrong
+        self._order = self._order.then(observation, is_reversed, reliability, told)
+        observation = observation.reversed() if is_reversed else observation
+        motion = self._motion(observation.points, last)
+        if any(observation.end_sd_px) or way_was_wrong:
             motion = None  # a body that lies on itself hides how its parts move
         poor = observation.confidence < self._settings.least_confidence
         self._frames_unsure = self._frames_unsure + self._gap if poor else 0
         self._gap = 1
-        self._track.link(points)
-        new_body = self._track.bodies_begun != self._bodies_begun
-        self._bodies_begun = self._track.bodies_begun
-        passed = 0
-        if observation.turned_round:
-            motion, reliability = None, self._settings.turned_reliability
-            passed = order.frames_unexplained
+        self._track.link(observation.points)
         if new_body:
             return Link(observation, 0.5, motion, new_body)
-        return Link(observation, reliability, motion, frames_passed=passed)
+        return Link(observation, reliability, motion, known_again=known_again)
+
+    def _by_way(self, observation: Observation, last: Floats) -> tuple[bool, float]:
+        """Tell by the way from the last midline which way round the next is, and how surely."""
+        straight = _mean_distance(observation.points, last)
+        turned = _mean_distance(observation.points[::-1], last)
+        order, settings = self._order, self._settings
+        same_path = order.path_number == observation.path_number != 0
+        same_path &= order.frames_unexplained <= settings.most_frames_unexplained
+        is_reversed = order.is_reversed if same_path else turned < straight
+        seen = observation.reversed() if is_reversed else observation
+        near, far = sorted((straight, turned))
+        reliability = self._reliability(seen.points, last, seen.width, near, far)
+        if self._is_leap(seen.points, last, seen.width):
+            reliability = min(reliability, settings.leap_reliability)
+        elif same_path:
+            reliability = max(reliability, settings.same_path_reliability)
+        if seen.explains and order.frames_unexplained > settings.most_frames_unexplained:
+            reliability = min(reliability, settings.lost_reliability)
+        if any(seen.occluded):
+            reliability = min(reliability, ends_kept(seen.points, seen.end_sd_px))
+        return is_reversed, reliability
+
+    def _order_told(self, observation: Observation) -> int:
+        """Return 1 where a midline's widths tell that it comes in the model's order, -1, or 0."""
+        model = self._track.model
+        if observation.order_known or model is None or observation.appearance is None:
+            return int(observation.order_known)
+        return model.order_told(observation.widths)  # as they were measured on an open body
+
+    def _known_again(self, told: int, is_reversed: bool, reliability: float) -> KnownAgain | None:
+        """Return what the widths of a midline say, together with the way to it."""
+        order, settings = self._order, self._settings
+        if not told or order.model_reversed is None:
+            return None
+        if (is_reversed != (told < 0)) != order.model_reversed:
+            return KnownAgain(order.frames_unknown, True, settings.turned_reliability)
+        kept = certainty_before_link(order.kept, reliability)
+        surely = both_say(kept, settings.order_reliability)
+        return KnownAgain(order.frames_unknown, False, surely)
 
     def _reliability(
         self, points: Floats, last: Floats, width: float, near: float, far: float

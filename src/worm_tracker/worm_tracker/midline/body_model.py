@@ -21,6 +21,13 @@ class BodyModelSettings:
     """Weight of a frame in the running mean of how dark overlaps are."""
     learned_frames: int = 30
     """Midlines from which on widths and length are known well enough to go back through a fold."""
+    order_frames: int = 3
+    """Midlines from which on its widths tell which end is which: the ends differ by more than any
+    picture does."""
+    least_order_difference: float = 0.04
+    least_order_score: float = 0.4
+    """How much the body must differ from itself the other way round, relative, and which part of
+    that widths must be nearer to it one way round, to tell by them which end is which."""
     shade_frames: int = 30
     """Midlines from which on the signal of each of its places is."""
     young_frames: int = 150
@@ -92,6 +99,8 @@ class BodyModel:
         Signal of one layer of it, place by place; None before it was seen.
     frames : int
         How many there were.
+    began_in_fold : bool
+        Whether the worm had been seen folded for long when the first one was.
     """
 
     length: float
@@ -111,6 +120,7 @@ class BodyModel:
     is_settled: bool = False
     shade: BodyShade | None = None
     frames: int = 1
+    began_in_fold: bool = False
 
     @classmethod
     def of(
@@ -157,6 +167,7 @@ class BodyModel:
             is_settled=self.is_settled,
             shade=self.shade,
             frames=self.frames + 1,
+            began_in_fold=self.began_in_fold,
         )
         return model if model.is_young else replace(model, is_settled=True)
 
@@ -186,6 +197,24 @@ class BodyModel:
     def is_learned(self) -> bool:
         """Whether widths and length are means of many frames."""
         return self.frames >= self.settings.learned_frames
+
+    @property
+    def tells_order(self) -> bool:
+        """Whether its widths are known well enough to tell which end of a midline is which."""
+        return self.frames >= self.settings.order_frames
+
+    def order_told(self, widths: Floats) -> int:
+        """Return 1 where an open body's widths, as measured, are in this order, -1, or 0: unknown.
+
+        Where they are nearer to these than the other way round, by what the two differ by.
+        """
+        difference = float(abs(self.widths - self.widths[::-1]).sum())
+        least = self.settings.least_order_difference * float(self.widths.sum())
+        if not self.tells_order or difference < least:
+            return 0
+        nearer = float(abs(widths[::-1] - self.widths).sum() - abs(widths - self.widths).sum())
+        told = abs(nearer) > self.settings.least_order_score * difference
+        return int(np.sign(nearer)) if told else 0
 
     @property
     def is_young(self) -> bool:

@@ -93,7 +93,7 @@ class BackwardPropagation:
         self._model = model = _as_dark_as(detection, self._model, settings.residual)
         found = self._find(detection, past.frames)
         lost = found is None or found.over_limits > settings.lost_over_limits
-        if found is None or lost or found.turned_round:
+        if found is None or lost:
             self._left = []
             raise StopIteration
         if not found.was_slid:
@@ -110,7 +110,8 @@ class BackwardPropagation:
         least = last.expected_agreement - settings.most_agreement_lost_backwards
         found = _slid_only(detection, model, last, frames, settings)
         if found is None or found.over_limits > 1:
-            found = _open_again(self._contour_body(detection), model, last, frames) or found
+            scene = CandidateSearch.of(detection, model, last, frames, settings)
+            found = _open_again(scene, self._contour_body(detection)) or found
         poor = found is None or found.agreement < least
         if poor and self._fits < settings.most_fits_backwards:
             self._fits += 1
@@ -126,10 +127,11 @@ def _as_dark_as(
     return model if darkening is None else model.with_darkening(darkening)
 
 
-def _open_again(
-    found: RefinedMidline | None, model: BodyModel, last: PropagatedBody, frames: int
-) -> PropagatedBody | None:
+def _open_again(scene: CandidateSearch, found: RefinedMidline | None) -> PropagatedBody | None:
     """Return a body found by its contour as one that is propagated; None where it is another."""
+    model, last, frames = scene.model, scene.body, scene.frames
+    if found is not None and scene.hides_a_part(found):
+        return None
     if found is None or model.leaps(found.points, last.points, frames):
         found = None if found is None else found.reversed()
     if found is None or model.leaps(found.points, last.points, frames):
@@ -148,7 +150,7 @@ def _slid_only(
 ) -> PropagatedBody | None:
     """Slide the worm's body along itself, and fit none anew; None where that leads nowhere."""
     scene = CandidateSearch.of(detection, model, last, frames, settings)
-    slid = scene.followed()
+    slid = scene.turned_round(scene.followed())
     if slid is None or scene.leaps(slid):
         return None
     return replace(scene.in_picture(slid), was_slid=scene.keeps_ends(slid))

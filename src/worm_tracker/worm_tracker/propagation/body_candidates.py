@@ -19,13 +19,13 @@ from worm_tracker.midline.body_model import (
 )
 from worm_tracker.midline.body_residual import (
     ObjectMasks,
-    Unexplained,
     dark_places,
     unexplained,
 )
 from worm_tracker.midline.body_shade import ShadedObject, marks_of
-from worm_tracker.midline.curve import as_points
+from worm_tracker.midline.curve import as_points, length_of
 from worm_tracker.midline.deformable_fit import fit_body
+from worm_tracker.midline.order_by_widths import order_score
 from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
 from worm_tracker.midline.path_following import ExpectedBody, slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
@@ -37,40 +37,11 @@ from worm_tracker.midline.strand_exchange import (
     turned_at_end,
 )
 from worm_tracker.midline.strand_shift import shifted_strands
+from worm_tracker.propagation.candidate import Candidate
+from worm_tracker.propagation.end_sureness import end_sd_px_of
 from worm_tracker.propagation.loops_in_doubt import loop_in_doubt
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Candidate:
-    """A body in the window, and how well it agrees with the object.
-
-    Attributes
-    ----------
-    path : BodyPath
-        Where it lies, in the window's coordinates.
-    agreement : float
-        Intersection over union of body and object, less what its kinks cost.
-    unexplained : Unexplained
-        What of the two does not agree.
-    end_sd_px : tuple of float
-        How surely its ends are where they are said to be.
-    straighter : float
-        As in `PropagatedBody`: how much straighter it would be with two of its strands exchanged.
-    turned_round : bool
-        Whether it was followed the wrong way round until now.
-    was_exchanged : bool
-        Whether two of its strands are exchanged, against the picture before.
-    """
-
-    path: BodyPath
-    agreement: float
-    unexplained: Unexplained
-    end_sd_px: tuple[float, float] = (0.0, 0.0)
-    straighter: float = 0.0
-    turned_round: bool = False
-    was_exchanged: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -144,7 +115,20 @@ class CandidateSearch:
             self.loop_in_doubt(found),
             self.frames_unexplained(found),
             found.turned_round,
+            order_known=self.order_known(found),
         )
+
+    def order_known(self, found: Candidate) -> bool:
+        """Tell whether the widths of a body that explains the picture show which end is which."""
+        if not self.model.tells_order or self.over_limits(found) > 1:
+            return False
+        score = self.order_score(found) if found.order_score is None else found.order_score
+        return score > self.settings.order.least_score
+
+    def order_score(self, found: Candidate) -> float:
+        """Return how well a body's widths tell that its ends are in the right order, -1 to 1."""
+        body = found.path.points, self.model.widths
+        return order_score(self.seen.mask, *body, self.settings.order)
 
     def ends_lack(self, found: Candidate) -> tuple[bool, bool]:
         """Tell of each end whether it lies on the body and something is missing beside it.
@@ -192,7 +176,9 @@ class CandidateSearch:
     def loop_in_doubt(self, found: Candidate) -> tuple[float, float] | None:
         """Return the part of a body that lies in loops which may be passed either way round."""
         may_be_known = self.is_followed and not found.was_exchanged
-        return loop_in_doubt(found.path, self.body, may_be_known, self.model.width, self.settings)
+        end_sd_px = end_sd_px_of(self.body, self.model, self.settings)
+        body, width = self.body, self.model.width
+        return loop_in_doubt(found.path, body, may_be_known, end_sd_px, width, self.settings)
 
     def over_limits(self, found: Candidate) -> float:
         """Return how many times what may be left over is."""
@@ -242,19 +228,25 @@ class CandidateSearch:
         return found
 
     def turned_round(self, found: Candidate | None) -> Candidate | None:
-        """Return a body the other way round where its widths then explain the object, else itself.
+        """Return a body the other way round where its widths tell so, else itself.
 
         In a fold an end may have been taken for the other one: what is slid on from there lies
         right, and is drawn with its tail as wide as a head.
         """
-        settings = self.settings
-        if found is None or self.over_limits(found) < settings.least_turned_over_limits:
+        if found is None or not self.model.tells_order:
             return found
+        score = self.order_score(found)
+        if score > -self.settings.order.least_score:
+            return replace(found, order_score=score)
         turned = self.scored(found.path.turned_round(), self.model.widths)
-        if self.over_limits(turned) > settings.most_turned_over_limits:
-            return found
         was_wrong = is_nearer_reversed(turned.path.points, self.last.points)
-        return replace(turned, end_sd_px=found.end_sd_px[::-1], turned_round=was_wrong)
+        return replace(
+            turned,
+            end_sd_px=found.end_sd_px[::-1],
+            order_score=-score,
+            turned_round=was_wrong,
+            was_exchanged=True,  # its ends have been exchanged on the way, and what is between
+        )
 
     def exchanged(self, found: Candidate) -> Candidate:
         """Return a body with two strands exchanged where it is straighter and explains as much."""
@@ -325,9 +317,19 @@ class CandidateSearch:
         if sharper is not None and sharper.agreement >= least:
             best = sharper
         others = [best] if slid is None else [slid, best]
-        if contour_body is not None:
+        if contour_body is not None and not self.hides_a_part(contour_body):
             others.append(self.by_contour(contour_body))
         return max(others, key=self.score)
+
+    def hides_a_part(self, contour_body: RefinedMidline) -> bool:
+        """Tell whether a part of the body that the contour gives may lie on itself.
+
+        It lay near itself a picture before, and was longer than it can have shortened.
+        """
+        shortened = log(self.last.length / length_of(contour_body.points))
+        if shortened < self.settings.most_log_shortening_per_frame * self.frames:
+            return False
+        return lies_near_itself(self.last.curve, self.model.width, self.last.step)
 
     def by_contour(self, found: RefinedMidline) -> Candidate:
         """Return the body that the contour gives."""

@@ -11,6 +11,7 @@ def loop_in_doubt(
     path: BodyPath,
     before: PropagatedBody,
     was_followed: bool,
+    end_sd_px: tuple[float, float],
     width: float,
     settings: PropagationSettings,
 ) -> tuple[float, float] | None:
@@ -28,6 +29,8 @@ def loop_in_doubt(
         Where it lay in the picture before.
     was_followed : bool
         Whether it was slid from there, its strands as they were.
+    end_sd_px : tuple of float
+        How surely its ends were where they were said to be there.
     width : float
         The worm's, pixels.
     settings : PropagationSettings
@@ -44,8 +47,8 @@ def loop_in_doubt(
         return before.loop_in_doubt
     open_px = settings.open_loop_widths * width
     was_known = before.loops_known and was_followed
-    if max(before.end_sd_px) > settings.most_end_sd_widths * width:
-        kept = ends_kept(before.points, before.end_sd_px)
+    if max(end_sd_px) > settings.most_end_sd_widths * width:
+        kept = ends_kept(before.points, end_sd_px)
         was_known = was_known and kept > settings.least_ends_kept
     known = was_known and all(loop.breadth_px > open_px for loop in loops)
     return None if known else part_of(loops)

@@ -79,6 +79,7 @@ def _confirmed(
                 confidence=(there.confidence + way.confidence) / 2,
                 occluded=(0, 0),
                 end_sd_px=(first, last),
+                order_known=there.order_known or (way is back and back.order_known),
                 unresolved=None,
             )
     return None

@@ -5,7 +5,7 @@ body is fitted.
 """
 
 from dataclasses import replace
-from math import ceil, floor, log
+from math import ceil, floor
 
 import cv2
 import numpy as np
@@ -17,9 +17,10 @@ from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.body_residual import BodyResidualSettings, dark_places
 from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.refine import RefinedMidline
-from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
+from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.end_sureness import end_sd_px_of, overlaps_tell
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -110,9 +111,9 @@ def observation_of(
     width = mean_width(model.widths)
     step = body.path.length / (len(body.points) - 1)
     folded = lies_near_itself(body.path.curve, width, body.path.step)
-    end_sd_px = _end_sd_px(body, folded, model, settings)
+    end_sd_px = end_sd_px_of(body, model, settings)
     most_sd = settings.most_end_sd_widths
-    if _overlaps_tell(model, settings):
+    if overlaps_tell(model, settings):
         most_sd = settings.most_end_sd_in_darker_overlap_widths
     first, last = (0 if sd < most_sd * width else 1 + ceil(2 * sd / step) for sd in end_sd_px)
     seen = Status.FOLDED if folded else Status.TRACKED
@@ -130,7 +131,7 @@ def observation_of(
         seen_end_sd_px=body.end_sd_px,
         in_doubt=_points_of(body.loop_in_doubt, len(body.points)),
         over_limits=body.over_limits,
-        turned_round=body.turned_round,
+        order_known=body.order_known and not (first or last),
     )
 
 
@@ -139,30 +140,3 @@ def _points_of(part: tuple[float, float] | None, count: int) -> tuple[int, int]:
     if part is None:
         return 0, 0
     return floor(part[0] * (count - 1)), 1 + ceil(part[1] * (count - 1))
-
-
-def _end_sd_px(
-    body: PropagatedBody, folded: bool, model: BodyModel, settings: PropagationSettings
-) -> tuple[float, float]:
-    """Return how surely the ends are where they are said to be.
-
-    The picture does not tell an end that lies on the body where overlaps are no darker, nor one so
-    pale that it adds little: edges of what it lies on are taken for its own. It is no surer than
-    the length agrees with the known one, and than the worm keeps its length. Nor is a pale one
-    of a folded body shorter than a stroke makes it: the object may have been seen without it.
-    """
-    near_px = settings.near_end_widths * model.width
-    on_body = ends_on_body(body.path.curve, near_px, body.path.step)
-    off = max(abs(body.path.length - model.length), model.length_scatter * model.length)
-    short = folded and log(model.length / body.path.length) > settings.most_log_shortening_of_pale
-    dark = _overlaps_tell(model, settings)
-    first, last = (
-        max(sd, off * ((on and (is_pale or not dark)) or (short and is_pale)))
-        for sd, on, is_pale in zip(body.end_sd_px, on_body, model.pale_ends, strict=True)
-    )
-    return first, last
-
-
-def _overlaps_tell(model: BodyModel, settings: PropagationSettings) -> bool:
-    """Tell whether overlaps are so much darker that the picture shows what lies in them."""
-    return model.darkening > settings.residual.least_darkening

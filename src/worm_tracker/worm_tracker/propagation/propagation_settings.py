@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
+from worm_tracker.midline.order_by_widths import OrderSettings
 from worm_tracker.midline.path_following import PathFollowingSettings
 from worm_tracker.midline.regrown_ends import RegrownEndsSettings
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings
@@ -40,20 +41,21 @@ class PropagationSettings:
     most_end_sd_in_darker_overlap_widths: float = 0.42
     """Standard deviation of an end's place from which on it is told as hidden; and where overlaps
     are darker, so that an end that lies elsewhere leaves something over."""
+    most_log_shortening_per_frame: float = 0.04
+    """Log of the last length over that of a body in the next picture whose contour shows it, where
+    it lay near itself."""
     most_log_shortening_of_pale: float = 0.14
     """Log of the known length over one that a folded body may have whose pale end is seen."""
+    coinciding_ends_widths: float = 0.5
+    most_end_sd_of_coinciding_widths: float = 0.2
+    """Where both ends lie as near to each other, what is seen of one may be the other: they are
+    not told unless both are as sure as that."""
     near_end_widths: float = 1.1
     """How near another part of the body an end lies on it or against it."""
     most_missing_at_end_widths2: float = 0.06
     missing_at_end_widths: float = 2.0
     """What may be missing as near as this to an end that lies on or against the body, squared
     widths: it is little that a tapered end covers."""
-    least_turned_over_limits: float = 2.5
-    """How many times what may be left over is left where a body is tried the other way round: ends
-    that differ little do not tell it."""
-    most_turned_over_limits: float = 0.35
-    """How many times what may be left over it may then leave: one that explains the object just so
-    may have been turned by another fault."""
     least_way_of_changed_ends_widths: float = 1.5
     """How far an end moves at least where both have changed places."""
     lost_over_limits: float = 6.0
@@ -108,5 +110,6 @@ class PropagationSettings:
     """Strands may have crossed unseen wherever they touch, not only where they are exchanged."""
     shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
     residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
+    order: OrderSettings = field(default_factory=OrderSettings)
     path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
     fit: BodyFitSettings = field(default_factory=BodyFitSettings)

@@ -1,102 +1,25 @@
 """Frames that wait: coils for a frame that tells how they lay, all for the head to be decided."""
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
 from math import ceil
 
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.status import Status
 from worm_msgs_py.files.corrections import Correction
-from worm_tracker.frame_state import PendingFrame, tracked_frame
-from worm_tracker.head_tail.identity import (
+from worm_tracker.head_tail.certainty import (
     LEAST_CERTAINTY,
-    Exchange,
-    ExchangeKind,
-    HeadTail,
+    both_say,
     certainty,
     certainty_before_link,
+    probability,
 )
-from worm_tracker.head_tail.link import LinkDecision
+from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail
+from worm_tracker.head_tail.link import KnownAgain, LinkDecision
 from worm_tracker.observation import Observation
-from worm_tracker.propagation.backwards import PastDetection
-from worm_tracker.propagation.opening import AgreementSettings, told_of_fold
-
-PropagateBack = Callable[[Observation, Sequence[PastDetection]], Iterator[Observation]]
-"""What a frame that shows the body tells of the pictures before it, the latest first."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Coils:
-    """Coils one after the other, and the frame after them that shows the body.
-
-    Attributes
-    ----------
-    frames : list of PendingFrame
-        In their order: the latest is the next to be gone back through.
-    opened : PendingFrame
-        The frame after them; it has a midline.
-    """
-
-    frames: list[PendingFrame]
-    opened: PendingFrame
-
-    @property
-    def detections(self) -> list[PastDetection]:
-        """What was kept of their pictures, the latest first."""
-        kept, later = [], self.opened
-        for pending in reversed(self.frames):
-            if pending.observation.unresolved is not None:
-                kept.append(PastDetection(pending.observation.unresolved, later.elapsed.steps))
-            later = pending
-        return kept
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _WayBack:
-    """A way back through the coils that waited when a frame showed the body.
-
-    Attributes
-    ----------
-    opened : int
-        Number of that frame; once the way is over, all up to it can be linked.
-    propagate_back : callable
-    runs : deque of Coils
-        Those that are left to go through.
-    told : deque of iterator of Observation
-        What is told of each.
-    agreement : AgreementSettings
-    """
-
-    opened: int
-    propagate_back: PropagateBack
-    runs: deque[Coils]
-    told: deque[Iterator[Observation]]
-    agreement: AgreementSettings
-
-    def step(self) -> bool:
-        """Go back by one frame; False where the way is over."""
-        while self.runs:
-            observation = next(self.told[0], None) if self.runs[0].frames else None
-            if observation is not None:
-                pending = self.runs[0].frames.pop()
-                followed = pending.observation.may_lie_as
-                is_told = observation.status.has_pose and observation.loops_known
-                if followed is not None and not is_told and followed.contradicts(observation):
-                    self.runs[0].frames.clear()  # one was lost, and nothing tells which
-                else:
-                    self._tell(pending, observation)
-                return True
-            self.runs.popleft()
-            self.told.popleft()
-        return False
-
-    def _tell(self, pending: PendingFrame, back: Observation) -> None:
-        """Tell a frame of the run; it may be taken back while the body that opened it may be."""
-        told = told_of_fold(pending.observation, back, self.agreement)
-        if self.runs[0].opened.observation.kept is not None and told.seen is None:
-            told = replace(told, kept=pending.observation.seen)
-        pending.observation = told
+from worm_tracker.propagation.opening import AgreementSettings
+from worm_tracker.waiting.frame_state import PendingFrame, tracked_frame
+from worm_tracker.waiting.ways_back import Coils, PropagateBack, WayBack
 
 
 class FrameQueue:
@@ -141,7 +64,7 @@ class FrameQueue:
         self._px_per_mm = px_per_mm
         self._waiting: deque[PendingFrame] = deque()
         self._linked: deque[PendingFrame] = deque()
-        self._way_back: _WayBack | None = None
+        self._way_back: WayBack | None = None
         self._body_is_new = False
         self._head_first: bool | None = None
         self._home = ""
@@ -308,9 +231,9 @@ class FrameQueue:
         if opened is not None:
             runs = deque(self.coils())
             told = deque(propagate_back(run.opened.observation, run.detections) for run in runs)
-            self._way_back = _WayBack(opened.frame, propagate_back, runs, told, self._agreement)
+            self._way_back = WayBack(opened.frame, propagate_back, runs, told, self._agreement)
 
-    def _arrive(self, way: _WayBack) -> None:
+    def _arrive(self, way: WayBack) -> None:
         """Link what a way back has told, and begin the next where a fold has opened meanwhile."""
         while self._waiting and self._waiting[0].frame <= way.opened:
             self._link_oldest(1)
@@ -329,22 +252,43 @@ class FrameQueue:
     def _link(self, pending: PendingFrame) -> None:
         """Link a frame to those before it."""
         self._head_tail.skip(pending.elapsed.frames_missing)
-        if pending.observation.has_midline:
-            linked = self._head_tail.push(pending.observation)
-            pending.observation, pending.reliability = linked.observation, linked.reliability
-            self._pass_over(linked.frames_passed)
-            if linked.decision is not None:
-                self._revise(linked.decision)
-        elif pending.observation.followed is not None:
-            pending.reliability = self._head_tail.follow(pending.observation.followed)
+        observation, decision = pending.observation, None
+        if observation.has_midline:
+            link = self._head_tail.push(observation)
+            pending.observation, decision = link.observation, link.decision
+        elif observation.followed is not None:
+            link = self._head_tail.follow(observation.followed)
         else:
+            link = None
             self._head_tail.miss()
+        if link is not None:
+            pending.reliability = link.reliability
+            if link.known_again is not None:
+                self._know_again(pending, link.known_again)
+        if decision is not None:
+            self._revise(decision)
         self._linked.append(pending)
 
-    def _pass_over(self, frames: int) -> None:
-        """Let no doubt of the last frames' links count: what comes is linked to those before."""
-        for k in range(max(len(self._linked) - frames, 0), len(self._linked)):
-            self._linked[k].reliability = 1.0
+    def _know_again(self, pending: PendingFrame, again: KnownAgain) -> None:
+        """Let a frame's widths tell its order, and what is between it and the last that told it.
+
+        What lies between is known from the frames to either side. Where these say that one of the
+        links between is the wrong way round, what lies behind the least sure one is turned round.
+        """
+        between = list(self._linked)[-again.frames_between :] if again.frames_between else []
+        kept = 1.0 if len(between) == again.frames_between else LEAST_CERTAINTY
+        there = []
+        for each in between:
+            kept = certainty_before_link(kept, each.reliability)
+            there.append(kept)
+        back = pending.reliability
+        for each, kept in zip(reversed(between), reversed(there), strict=True):
+            order = both_say(kept, 1 - back if again.way_was_wrong else back)
+            if order < LEAST_CERTAINTY and each.observation.has_midline:
+                each.observation = each.observation.reversed()
+            back = certainty_before_link(back, each.reliability)
+            each.reliability, each.own_reliability = 1.0, max(order, 1 - order)
+        pending.reliability, pending.own_reliability = 1.0, again.reliability
 
     def _revise(self, decision: LinkDecision) -> None:
         """Revise a link that was in doubt, as far as its frames wait: those given stay as told."""
@@ -362,18 +306,20 @@ class FrameQueue:
         """Return the oldest frames with the head as it is known by now."""
         if count <= 0:
             return []
-        odds = self._head_tail.log_odds
-        head_first, sure = odds >= 0, certainty(odds)
-        certainties = []
+        first_is_head = probability(self._head_tail.log_odds)
+        ago, odds_then = self._head_tail.when_known
+        then = probability(odds_then)
         unsure = body_in_doubt and not self._head_tail.corrected
-        for pending in reversed(self._linked):
-            by_young_body = pending.observation.seen is not None
-            certainties.append(LEAST_CERTAINTY if unsure and by_young_body else sure)
-            sure = certainty_before_link(sure, pending.reliability)
-        certainties.reverse()
-        return [
-            self._tracked(self._linked.popleft(), head_first, certainties[k]) for k in range(count)
-        ]
+        told = []
+        for frames, pending in enumerate(reversed(self._linked)):
+            if frames == ago and abs(then - 0.5) > abs(first_is_head - 0.5):
+                first_is_head = then  # what came later is in doubt, and tells less
+            own = certainty_before_link(first_is_head, pending.own_reliability)
+            in_doubt = unsure and pending.observation.seen is not None
+            told.append((first_is_head >= 0.5, LEAST_CERTAINTY if in_doubt else max(own, 1 - own)))
+            first_is_head = certainty_before_link(first_is_head, pending.reliability)
+        told.reverse()
+        return [self._tracked(self._linked.popleft(), *told[k]) for k in range(count)]
 
     def _tracked(self, pending: PendingFrame, head_first: bool, sure: float) -> TrackedFrame:
         """Return what is said of a frame, and count it."""

@@ -9,7 +9,8 @@ import pytest
 from worm_msgs_py import Status
 from worm_tracker.detection.blobs import BlobSettings, whole_picture
 from worm_tracker.detection.detection import Detection, Occlusion, SignalView
-from worm_tracker.follower import Follower, FollowerSettings
+from worm_tracker.following.follower import Follower
+from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.observation import Observation

@@ -1,7 +1,7 @@
 """Follows one worm from detection to detection: its midline, and what its body is like."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import count
 from math import log
 
@@ -9,102 +9,31 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
-from worm_tracker.detection.blobs import Blob, BlobSettings, holds_wormlike_piece, whole_picture
-from worm_tracker.detection.debris import DebrisCuttingSettings, without_debris
+from worm_tracker.detection.blobs import Blob, holds_wormlike_piece, whole_picture
+from worm_tracker.detection.debris import without_debris
 from worm_tracker.detection.detection import Detection, Missed, Occlusion, SignalView
 from worm_tracker.detection.occluded_body import occluded_points, with_known_width
+from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.head_tail.appearance import appearance_difference
 from worm_tracker.midline.body_model import (
     BodyModel,
-    BodyModelSettings,
     is_nearer_reversed,
     mean_width,
 )
-from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.body_shade import shade_along
 from worm_tracker.midline.contour_body import explains_object
 from worm_tracker.midline.contour_midline import (
     ContourMidline,
-    ContourMidlineSettings,
     contour_midline,
 )
 from worm_tracker.midline.curve import as_complex, length_of
-from worm_tracker.midline.doubled_body import DoubledBodySettings, looks_doubled
-from worm_tracker.midline.refine import RefinedMidline, RefineSettings, refine
+from worm_tracker.midline.doubled_body import looks_doubled
+from worm_tracker.midline.refine import RefinedMidline, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import BackwardPropagation, PastDetection
 from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
-from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
-
-
-@dataclass(frozen=True, slots=True)
-class FollowerSettings:
-    """Which midlines are believed, and when."""
-
-    least_area_over_known: float = 0.35
-    most_area_over_known: float = 2.2
-    """Areas beyond these are not the worm's, whatever it does."""
-    agreement_of_all: float = 0.95
-    """Agreement below which a midline found by the contour may leave something over."""
-    least_agreement: float = 0.7
-    """Least agreement of body and picture for a midline to be believed."""
-    most_log_length_over_known: float = 0.15
-    most_log_length_over_last: float = 0.08
-    """A length beyond both is an error, because a worm does not stretch in a moment."""
-    most_log_length_in_fold: float = 0.3
-    """Log of the length over the known one that no stroke explains: such a body is not told."""
-    most_log_shortening: float = 0.1
-    """Log of the known length over one that a body may have that lies on itself with an end."""
-    most_log_stretch_per_frame: float = 0.04
-    """A length that changes by more in a frame is that of a body whose end is not seen."""
-    leap_confidence: float = 0.5
-    """What a leap of an end leaves of the confidence."""
-    occlusion_confidence: float = 0.9
-    """What an occluded part leaves of the confidence."""
-    most_hole_widths2: float = 0.15
-    """Hole, in squared widths, from which a body touches itself."""
-    most_side_difference: float = 0.3
-    """Difference of a body's sides over its length from which its ends are not where they seem."""
-    least_length_over_width: float = 2.5
-    """What is stouter is no worm, where its length is not known."""
-    most_log_area_over_midline: float = 0.35
-    """Log of the area over length times width beyond which a first midline misses a part."""
-    most_width_over_known: float = 1.35
-    """What is wider is a body laid double."""
-    least_length_over_known: float = 0.75
-    most_length_over_known: float = 1.35
-    """Lengths beyond these are not the worm's."""
-    relearn_frames: int = 15
-    relearn_area_over_known: float = 1.1
-    """Frames without a midline, and area, from which a body of another length is believed."""
-    learned_frames: int = 10
-    """Midlines from which on the body model is that of this worm."""
-    whole_log_length_over_known: float = 0.035
-    whole_confidence: float = 0.85
-    """Log of the length, and confidence, from which all of the worm is taken to be seen."""
-    cut_length_over_known: float = 0.92
-    """Length below which what was cut out is a part of the worm: a stroke shortens it less."""
-    cut_length_over_last: float = 0.97
-    """The same over the length a frame before: a stroke takes off no more in a frame."""
-    most_cut_after_fold_widths2: float = 1.4
-    """What may be cut off after a fold of a known body, squared widths: more may be an end that
-    comes out of it."""
-    loop_hole_widths2: float = 20.0
-    """Hole, in squared widths, that is a loop's, not a bubble's."""
-    sought_again_frames: int = 4
-    """How often a body that was lost in a fold is sought where it was last told."""
-    coil_margin_px: int = 24
-    """How much about a coil is kept for a later frame to look at."""
-    body_model: BodyModelSettings = field(default_factory=BodyModelSettings)
-    contour: ContourMidlineSettings = field(default_factory=ContourMidlineSettings)
-    refine: RefineSettings = field(default_factory=RefineSettings)
-    propagation: PropagationSettings = field(default_factory=PropagationSettings)
-    doubled: DoubledBodySettings = field(default_factory=DoubledBodySettings)
-    residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
-    blobs: BlobSettings = field(default_factory=BlobSettings)
-    cutting: DebrisCuttingSettings = field(default_factory=DebrisCuttingSettings)
 
 
 class Follower:
@@ -173,7 +102,9 @@ class Follower:
     def all_of_worm(self, observation: Observation) -> Floats | None:
         """Return a midline that is that of all of the worm: what is elsewhere is not worm."""
         model, settings = self._track.model, self._settings
-        if model is None or not observation.has_midline or model.frames < settings.learned_frames:
+        if model is None or not observation.has_midline or self._track.may_be_in_part:
+            return None
+        if model.frames < settings.learned_frames:
             return None
         off = abs(log(length_of(observation.points) / model.length))
         sure = (
@@ -253,7 +184,7 @@ class Follower:
         found = refine(view.signal, view.origin, first.points, width, settings.refine)
         if model is None and looks_doubled(found, settings.doubled):
             return None
-        if last is not None and is_nearer_reversed(found.points, last):
+        if self._comes_reversed(found):
             found = found.reversed()
         found = with_known_width(found, detection, model)
         agreement = _agreement(found, blob)
@@ -280,6 +211,18 @@ class Follower:
             residual,
         )
         return found if explains else None
+
+    def _comes_reversed(self, found: RefinedMidline) -> bool:
+        """Tell whether an open body's ends are in the other order than those of the body known.
+
+        By its widths where it was not seen as an open one a frame before; else by where it was.
+        """
+        model, bodies = self._track.model, self._track.bodies
+        if model is not None and (bodies.last is None or bodies.propagated is not None):
+            told = model.order_told(found.widths)
+            if told:
+                return told < 0
+        return bodies.last is not None and is_nearer_reversed(found.points, bodies.last)
 
     def _continues(self, found: RefinedMidline, detection: Detection) -> bool:
         """Tell whether a midline can be that of the frame before, a frame later."""
@@ -333,7 +276,9 @@ class Follower:
         length = length_of(found.points)
         if model is None or model.is_outgrown_by(length) or self._was_in_part(seen.blob, length):
             self._track.begin_anew()
+            in_fold = self._track.may_be_in_part or self._track.was_folded_for_long
             model = BodyModel.of(found, seen.blob.area, seen.gain, settings.body_model)
+            model = replace(model, began_in_fold=in_fold)
         else:
             doubled = looks_doubled(found, settings.doubled)
             model = model.updated(found, seen.blob.area, seen.gain, doubled)

@@ -35,6 +35,9 @@ class PendingFrame:
         What lies between it and the frame before.
     reliability : float
         Of its link to the frame before, 0.5 to 1.
+    own_reliability : float
+        How surely its own ends are in the order of the frames linked, 0.5 to 1: what lies before
+        and behind it does not hang on that.
     """
 
     frame: int
@@ -43,6 +46,7 @@ class PendingFrame:
     geometry: Geometry | None
     elapsed: Elapsed = AT_ONCE
     reliability: float = 1.0
+    own_reliability: float = 1.0
 
     @property
     def is_open(self) -> bool:

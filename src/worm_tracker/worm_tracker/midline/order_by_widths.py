@@ -1,0 +1,70 @@
+"""Which end of a body is which, by its widths: the head is broader than the tail.
+
+A body drawn the wrong way round covers its object less well, wherever it lies and however it is
+folded. So each picture tells the order of the ends by itself, with no way there to go wrong.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from worm_msgs_py.arrays import Floats, Picture
+from worm_tracker.midline.curve import as_complex, as_points, tangents
+
+
+@dataclass(frozen=True, slots=True)
+class OrderSettings:
+    """When widths tell which end is which."""
+
+    least_difference: float = 0.02
+    """Part of a body's area that it must not share with itself the other way round."""
+    least_score: float = 0.4
+    """Score from which on the widths tell the order. Of 6400 bodies that explain their picture and
+    lie right (ten films of five worms), drawn the right way round all but two scored more, by half
+    above 0.8; of 53 the wrong way round all but two less than -0.4."""
+
+
+def order_score(mask: Picture, points: Floats, widths: Floats, settings: OrderSettings) -> float:
+    """Return by how much better a body covers its object than the other way round.
+
+    Parameters
+    ----------
+    mask : ndarray of uint8, shape (h, w)
+        The object, not zero there.
+    points : ndarray, shape (n, 2)
+        The midline in the mask's coordinates.
+    widths : ndarray, shape (n,)
+        Along the body, as it has been learned.
+    settings : OrderSettings
+
+    Returns
+    -------
+    float
+        Difference of the two intersections over union with the object, over what it is for a body
+        without a fault: 1 for the right order, -1 for the wrong one; 0 where the body is much the
+        same both ways round.
+    """
+    one, other = (_area_of(mask.shape, points, along) for along in (widths, widths[::-1]))
+    difference = 1 - _shared(one, other)
+    if difference < settings.least_difference:
+        return 0.0
+    return (_shared(mask, one) - _shared(mask, other)) / difference
+
+
+def _shared(one: Picture, other: Picture) -> float:
+    """Return the intersection over union of two masks."""
+    common = cv2.countNonZero(cv2.bitwise_and(one, other))
+    return common / max(cv2.countNonZero(cv2.bitwise_or(one, other)), 1)
+
+
+def _area_of(shape: tuple[int, ...], points: Floats, widths: Floats) -> Picture:
+    """Draw a body; 0 or 255."""
+    line = as_complex(points)
+    side = 0.5j * tangents(line) * np.maximum(widths, 1.0)
+    left, right = as_points(line + side), as_points(line - side)
+    corners = np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
+    drawn = np.zeros(shape, np.uint8)
+    for quad in np.rint(16 * corners).astype(np.int32):
+        cv2.fillConvexPoly(drawn, quad, 255, cv2.LINE_8, 4)
+    return drawn

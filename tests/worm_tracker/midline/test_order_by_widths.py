@@ -1,0 +1,61 @@
+"""A body's widths tell which of its ends is which, wherever it lies and whatever hides a part."""
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from worm_tracker.midline.order_by_widths import OrderSettings, order_score
+
+SETTINGS = OrderSettings()
+N = 65
+TAPERED = 14.0 * np.clip(np.linspace(1.2, 0.4, N), 0.5, 1.0)
+S = np.linspace(0.0, 1.0, N)
+
+
+def curved(turn_rad, length=220.0):
+    """Return a body that turns evenly by an angle in all, in the middle of a picture."""
+    heading = turn_rad * S
+    steps = length / (N - 1) * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+    points = np.cumsum(steps, axis=0)
+    return points - points.mean(axis=0) + 160.0
+
+
+def seen(points, widths):
+    """Return the picture of a body, drawn by discs."""
+    mask = np.zeros((320, 320), np.uint8)
+    at = np.linspace(0, N - 1, 600)
+    for u, v, w in zip(
+        *(np.interp(at, np.arange(N), line) for line in (*points.T, widths)), strict=True
+    ):
+        cv2.circle(mask, (round(16 * u), round(16 * v)), round(8 * w), 255, -1, cv2.LINE_8, 4)
+    return mask
+
+
+@given(turn_rad=st.floats(-6.0, 6.0))
+def test_the_score_of_a_body_turned_round_is_the_contrary(turn_rad):
+    points = curved(turn_rad)
+    mask = seen(points, TAPERED)
+    score = order_score(mask, points, TAPERED, SETTINGS)
+    assert score > 2 * SETTINGS.least_score
+    assert order_score(mask, points[::-1], TAPERED, SETTINGS) == pytest.approx(-score, abs=0.05)
+
+
+@given(turn_rad=st.floats(-6.0, 6.0))
+def test_a_body_as_wide_at_both_ends_tells_nothing(turn_rad):
+    points, even = curved(turn_rad), np.full(N, 12.0)
+    assert order_score(seen(points, even), points, even, SETTINGS) == 0.0
+
+
+@given(turn_rad=st.floats(-3.0, 3.0), off_px=st.floats(-3.0, 3.0))
+def test_a_midline_beside_the_axis_tells_the_same_order_or_none(turn_rad, off_px):
+    points = curved(turn_rad)
+    beside = points + np.array([0.0, off_px])
+    assert order_score(seen(points, TAPERED), beside, TAPERED, SETTINGS) > 0.0
+
+
+def test_a_body_elsewhere_tells_no_order():
+    points = curved(0.0)
+    mask = seen(points + np.array([0.0, 60.0]), TAPERED)
+    assert abs(order_score(mask, points, TAPERED, SETTINGS)) < SETTINGS.least_score
