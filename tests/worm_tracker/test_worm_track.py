@@ -1,6 +1,7 @@
 """A bump of the camera takes all that is remembered of the worm along; nothing stays behind."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -95,3 +96,26 @@ def test_every_place_that_is_remembered_moves():
     np.testing.assert_allclose(track.contour, contour + np.array([7, -3]))
     assert (track.blob.u, track.blob.v) == (57.0, 37.0)
     assert track.blob.box == (17, 32, 97, 42)
+
+
+@pytest.mark.parametrize(
+    ("folded_first", "frames", "in_part"),
+    [
+        pytest.param(20, 30, True, id="a fold, and few midlines since"),
+        pytest.param(20, 200, False, id="a fold, long ago"),
+        pytest.param(2, 30, False, id="open all but at once"),
+    ],
+)
+def test_what_is_learned_of_a_worm_that_began_in_a_fold_may_be_a_part(
+    folded_first, frames, in_part
+):
+    track = WormTrack()
+    contour = np.array([[[0, 0]], [[9, 0]], [[9, 9]], [[0, 9]]], np.int32)
+    blob = Blob(contour, 81.0, 0.0, 4.5, 4.5, (0, 0, 10, 10))
+    for _ in range(folded_first):
+        track.see(blob, None, None)
+    model = SimpleNamespace(is_young=frames < 150, began_in_fold=track.was_folded_for_long)
+    line = np.zeros((65, 2))
+    track.learn(model)
+    track.see(blob, line, None)
+    assert track.prior.may_be_in_part is in_part

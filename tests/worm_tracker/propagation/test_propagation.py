@@ -337,3 +337,19 @@ def test_an_end_on_the_body_beside_which_something_is_missing_lies_elsewhere(
     assert search.ends_lack(found) == lacks
     sd_px = search.in_picture(found).end_sd_px
     assert sd_px == tuple(width * one for one in lacks)
+
+
+@pytest.mark.parametrize(
+    ("shorter", "near_itself", "hides"),
+    [
+        pytest.param(0.1, True, True, id="an end has gone onto the body"),
+        pytest.param(0.02, True, False, id="a stroke"),
+        pytest.param(0.1, False, False, id="an open body that contracts"),
+    ],
+)
+def test_a_body_that_was_longer_while_it_lay_near_itself_hides_a_part(shorter, near_itself, hides):
+    width = 12.0
+    path = kinked_loop(3.0, width) if near_itself else BodyPath(np.linspace(0, 300, 240) + 0j)
+    search = search_after(path, width, 1, loops_known=True)
+    line = np.stack([np.linspace(0.0, (1 - shorter) * path.length, 65), np.zeros(65)], axis=1)
+    assert search.hides_a_part(SimpleNamespace(points=line)) is hides

@@ -1,0 +1,51 @@
+"""An end that may be another, or that the picture does not show, is no surer than what tells it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from body_searches import search_after
+
+from worm_tracker.midline.path import BodyPath, evenly
+from worm_tracker.propagation.end_sureness import end_sd_px_of
+from worm_tracker.worm_track import PropagatedBody
+
+WIDTH = 12.0
+
+
+def hairpin(apart_px, beyond_px=0.0):
+    """Return a hairpin whose arms are so far apart at their ends, one of them so much longer."""
+    arm, r = 12 * WIDTH, 0.8 * WIDTH
+    bend = r * np.exp(1j * np.linspace(np.pi / 2, 1.5 * np.pi, 40))
+    first = np.linspace(arm + 1j * apart_px / 2, 1j * r, 60)
+    last = np.linspace(-1j * r, arm + beyond_px - 1j * apart_px / 2, 60)
+    return BodyPath(evenly(200 + 200j + np.r_[first, bend[1:-1], last], 240))
+
+
+def end_sds(path, seen_px, darkening=0.5, length_scatter=0.02):
+    search = search_after(path, WIDTH, 1, loops_known=True)
+    model = replace(search.model, darkening=darkening, length_scatter=length_scatter)
+    body = PropagatedBody(path, 0.95, 0.95, end_sd_px=seen_px)
+    return end_sd_px_of(body, model, search.settings)
+
+
+@pytest.mark.parametrize(
+    ("apart_px", "seen_px", "is_hidden"),
+    [
+        pytest.param(2.0, 4.0, True, id="coincide, and are seen to a third of a width"),
+        pytest.param(2.0, 1.0, False, id="coincide, and are seen"),
+        pytest.param(1.6 * WIDTH, 4.0, False, id="lie beside each other"),
+    ],
+)
+def test_ends_that_coincide_are_hidden_unless_both_are_seen_well(apart_px, seen_px, is_hidden):
+    sds = end_sds(hairpin(apart_px), (seen_px, 1.0))
+    assert sds == ((WIDTH, WIDTH) if is_hidden else (seen_px, 1.0))
+
+
+@pytest.mark.parametrize("darkening", [0.5, 0.0])
+def test_of_one_shade_an_end_on_the_body_is_no_surer_than_the_length(darkening):
+    path = hairpin(0.9 * WIDTH, beyond_px=6 * WIDTH)
+    first, last = end_sds(path, (1.0, 1.0), darkening)
+    by_length = 0.02 * path.length
+    assert first == pytest.approx(by_length if darkening == 0.0 else 1.0)
+    assert last == 1.0, "it lies clear of the body"
