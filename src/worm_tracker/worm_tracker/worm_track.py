@@ -47,8 +47,6 @@ class PropagatedBody:
         How many pictures lie between it and the last one that it explained; 0 where it explains
         this one. It stays, whatever is explained later, where its strands may have changed places
         meanwhile.
-    turned_round : bool
-        Whether it was followed the wrong way round until now.
     order_known : bool
         Whether its widths tell that its ends are in the order of the body model.
     was_slid : bool
@@ -64,7 +62,6 @@ class PropagatedBody:
     straighter: float = 0.0
     loop_in_doubt: tuple[float, float] | None = None
     frames_unexplained: int = 0
-    turned_round: bool = False
     order_known: bool = False
     was_slid: bool = False
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_tracker.midline.order_by_widths import OrderSettings, order_score
+from worm_tracker.midline.order_by_widths import OrderSettings, order_score, score_of_widths
 
 SETTINGS = OrderSettings()
 N = 65
@@ -59,3 +59,20 @@ def test_a_body_elsewhere_tells_no_order():
     points = curved(0.0)
     mask = seen(points + np.array([0.0, 60.0]), TAPERED)
     assert abs(order_score(mask, points, TAPERED, SETTINGS)) < SETTINGS.least_score
+
+
+@given(
+    noise=st.lists(st.floats(-1.0, 1.0), min_size=N, max_size=N),
+    shorter=st.floats(0.8, 1.2),
+)
+def test_measured_widths_tell_the_same_order_as_the_drawn_body(noise, shorter):
+    """However noisy they are, and however a stroke makes all of them wider or narrower."""
+    measured = shorter * TAPERED + np.array(noise)
+    score = score_of_widths(measured, TAPERED, SETTINGS)
+    assert score > SETTINGS.least_score
+    assert score_of_widths(measured[::-1], TAPERED, SETTINGS) == pytest.approx(-score)
+
+
+def test_measured_widths_of_a_body_as_wide_at_both_ends_tell_nothing():
+    even = np.full(N, 12.0)
+    assert score_of_widths(TAPERED, even, SETTINGS) == 0.0

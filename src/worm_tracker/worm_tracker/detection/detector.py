@@ -300,6 +300,7 @@ class Detector:
         now, limit = picture[window], self._background.glare_limit(gain, window)
         background = self._background.scaled(gain, window)
         width = width or self._first_width(picture, gain)
+        # The signal in it is not evened: what lights the worm there is not told by the rig's light.
         through = look_through_glare(
             now, limit, background, self._arena[window], width, threshold, settings.glare
         )

@@ -265,7 +265,7 @@ class Follower:
     def _was_in_part(self, blob: Blob, length: float) -> bool:
         """Tell whether what was seen at first was a part of the worm, or the worm laid double."""
         model, settings = self._track.model, self._settings
-        if model is None or self._track.frames_unresolved < settings.relearn_frames:
+        if model is None or not self._track.was_folded_for_long:
             return False
         longer = log(length / model.length) > settings.most_log_length_over_known
         return longer or blob.area > settings.relearn_area_over_known * model.area

@@ -49,9 +49,8 @@ class FollowerSettings:
     least_length_over_known: float = 0.75
     most_length_over_known: float = 1.35
     """Lengths beyond these are not the worm's."""
-    relearn_frames: int = 15
     relearn_area_over_known: float = 1.1
-    """Frames without a midline, and area, from which a body of another length is believed."""
+    """Area from which, after a long fold, a body of another length is believed."""
     learned_frames: int = 10
     """Midlines from which on the body model is that of this worm."""
     whole_log_length_over_known: float = 0.035

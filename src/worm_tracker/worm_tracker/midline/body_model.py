@@ -1,6 +1,6 @@
 """What has been learned of this worm's body: its length, widths, area and darkness."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import log
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from worm_msgs_py.arrays import Floats
 from worm_tracker.midline.body_shade import BodyShade
 from worm_tracker.midline.curve import length_of
+from worm_tracker.midline.order_by_widths import OrderSettings, score_of_widths
 from worm_tracker.midline.refine import RefinedMidline
 
 
@@ -24,14 +25,11 @@ class BodyModelSettings:
     order_frames: int = 3
     """Midlines from which on its widths tell which end is which: the ends differ by more than any
     picture does."""
-    least_order_difference: float = 0.04
-    least_order_score: float = 0.4
-    """How much the body must differ from itself the other way round, relative, and which part of
-    that widths must be nearer to it one way round, to tell by them which end is which."""
     shade_frames: int = 30
     """Midlines from which on the signal of each of its places is."""
     young_frames: int = 150
     """Midlines until which the first ones may have been of a body laid double, or seen in part."""
+    order: OrderSettings = field(default_factory=OrderSettings)
     most_log_growth: float = 0.15
     """Log of a length over the first one that shows it: a stroke makes up less."""
     changing_frames: int = 60
@@ -204,17 +202,10 @@ class BodyModel:
         return self.frames >= self.settings.order_frames
 
     def order_told(self, widths: Floats) -> int:
-        """Return 1 where an open body's widths, as measured, are in this order, -1, or 0: unknown.
-
-        Where they are nearer to these than the other way round, by what the two differ by.
-        """
-        difference = float(abs(self.widths - self.widths[::-1]).sum())
-        least = self.settings.least_order_difference * float(self.widths.sum())
-        if not self.tells_order or difference < least:
-            return 0
-        nearer = float(abs(widths[::-1] - self.widths).sum() - abs(widths - self.widths).sum())
-        told = abs(nearer) > self.settings.least_order_score * difference
-        return int(np.sign(nearer)) if told else 0
+        """Return 1 where the measured widths of an open body are in this order, -1, or 0."""
+        settings = self.settings.order
+        score = score_of_widths(widths, self.widths, settings) if self.tells_order else 0.0
+        return int(np.sign(score)) if abs(score) > settings.least_score else 0
 
     @property
     def is_young(self) -> bool:

@@ -108,9 +108,9 @@ class BackwardPropagation:
         """Find the body in a picture, from where it was in the one after it."""
         model, last, settings = self._model, self._last, self._settings
         least = last.expected_agreement - settings.most_agreement_lost_backwards
-        found = _slid_only(detection, model, last, frames, settings)
+        scene = CandidateSearch.of(detection, model, last, frames, settings)
+        found = _slid_only(scene)
         if found is None or found.over_limits > 1:
-            scene = CandidateSearch.of(detection, model, last, frames, settings)
             found = _open_again(scene, self._contour_body(detection)) or found
         poor = found is None or found.agreement < least
         if poor and self._fits < settings.most_fits_backwards:
@@ -130,26 +130,19 @@ def _as_dark_as(
 def _open_again(scene: CandidateSearch, found: RefinedMidline | None) -> PropagatedBody | None:
     """Return a body found by its contour as one that is propagated; None where it is another."""
     model, last, frames = scene.model, scene.body, scene.frames
-    if found is not None and scene.hides_a_part(found):
+    if found is None or scene.hides_a_part(found):
         return None
-    if found is None or model.leaps(found.points, last.points, frames):
-        found = None if found is None else found.reversed()
-    if found is None or model.leaps(found.points, last.points, frames):
+    if model.leaps(found.points, last.points, frames):
+        found = found.reversed()
+    if model.leaps(found.points, last.points, frames):
         return None
     path = path_of(found.points, None, model.width)
     agreement = found.edges_found
     return PropagatedBody(path, agreement, agreement, complex(found.u, found.v))
 
 
-def _slid_only(
-    detection: Detection,
-    model: BodyModel,
-    last: PropagatedBody,
-    frames: int,
-    settings: PropagationSettings,
-) -> PropagatedBody | None:
+def _slid_only(scene: CandidateSearch) -> PropagatedBody | None:
     """Slide the worm's body along itself, and fit none anew; None where that leads nowhere."""
-    scene = CandidateSearch.of(detection, model, last, frames, settings)
     slid = scene.turned_round(scene.followed())
     if slid is None or scene.leaps(slid):
         return None

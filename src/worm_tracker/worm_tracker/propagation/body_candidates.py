@@ -114,7 +114,6 @@ class CandidateSearch:
             found.straighter,
             self.loop_in_doubt(found),
             self.frames_unexplained(found),
-            found.turned_round,
             order_known=self.order_known(found),
         )
 
@@ -123,12 +122,12 @@ class CandidateSearch:
         if not self.model.tells_order or self.over_limits(found) > 1:
             return False
         score = self.order_score(found) if found.order_score is None else found.order_score
-        return score > self.settings.order.least_score
+        return score > self.model.settings.order.least_score
 
     def order_score(self, found: Candidate) -> float:
         """Return how well a body's widths tell that its ends are in the right order, -1 to 1."""
         body = found.path.points, self.model.widths
-        return order_score(self.seen.mask, *body, self.settings.order)
+        return order_score(self.seen.mask, *body, self.model.settings.order)
 
     def ends_lack(self, found: Candidate) -> tuple[bool, bool]:
         """Tell of each end whether it lies on the body and something is missing beside it.
@@ -236,7 +235,7 @@ class CandidateSearch:
         if found is None or not self.model.tells_order:
             return found
         score = self.order_score(found)
-        if score > -self.settings.order.least_score:
+        if score > -self.model.settings.order.least_score:
             return replace(found, order_score=score)
         turned = self.scored(found.path.turned_round(), self.model.widths)
         was_wrong = is_nearer_reversed(turned.path.points, self.last.points)

@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
-from worm_tracker.midline.order_by_widths import OrderSettings
 from worm_tracker.midline.path_following import PathFollowingSettings
 from worm_tracker.midline.regrown_ends import RegrownEndsSettings
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings
@@ -110,6 +109,5 @@ class PropagationSettings:
     """Strands may have crossed unseen wherever they touch, not only where they are exchanged."""
     shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
     residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
-    order: OrderSettings = field(default_factory=OrderSettings)
     path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
     fit: BodyFitSettings = field(default_factory=BodyFitSettings)
