@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchmarks import fold_films
-from benchmarks.drawn_lines import POINTS, LineLook, light_and_wall, picture_of
+from benchmarks.drawn_lines import POINTS, LineLook, coverage, light_and_wall, picture_of
 from benchmarks.fold_films import fold_film
 
 
@@ -53,3 +53,13 @@ def test_lines_are_darker_where_they_cross_and_not_beside_a_hairpin():
     assert crossed[100, 60] == pytest.approx(once, rel=0.05)
     assert crossed[100, 100] < 0.75 * once
     assert folded[100, 118] == pytest.approx(once, rel=0.1)
+
+
+@pytest.mark.parametrize("width", [1.6, 4.0, 9.0, 12.4])
+@pytest.mark.parametrize("heading", [0.0, 0.35, 0.8])
+def test_a_line_is_as_broad_as_it_is_said_to_be(width, heading):
+    along = np.linspace(-80.0, 80.0, 300)[:, np.newaxis]
+    line = np.array([100.3, 100.7]) + along * [np.cos(heading), np.sin(heading)]
+    covered = coverage(line, np.full(len(line), width), (200, 200))
+    ends = np.pi / 4 * width**2
+    assert (covered.sum() - ends) / 160.0 == pytest.approx(width, abs=0.27)

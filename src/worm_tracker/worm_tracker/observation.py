@@ -94,6 +94,18 @@ class Observation:
         return self.loops_known and not any(self.occluded)
 
     @property
+    def is_mostly_hidden(self) -> bool:
+        """Whether an end is hidden and so much in doubt that less than half of it is told."""
+        if not any(self.occluded):
+            return False
+        told = np.ones(len(self.points), bool)
+        first, behind = self.in_doubt
+        told[first:behind] = False
+        told[: self.occluded[0]] = False
+        told[len(told) - self.occluded[1] :] = False
+        return bool(told.sum() < len(told) / 2)
+
+    @property
     def explains(self) -> bool:
         """Whether what its midline leaves over of the object is within limits."""
         return self.over_limits <= 1

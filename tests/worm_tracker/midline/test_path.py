@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from worm_tracker.midline.curve import as_points
-from worm_tracker.midline.path import BodyPath, ContinuationSettings, continued, evenly, path_of
+from worm_tracker.midline.path import (
+    BodyPath,
+    ContinuationSettings,
+    continued,
+    evenly,
+    path_of,
+    sharp_turns,
+)
 
 
 def test_a_path_does_not_shrink_however_often_its_nodes_are_laid_anew():
@@ -24,3 +31,20 @@ def test_a_path_is_continued_on_its_own_circle():
     assert np.abs(continued(path, 10, width, ContinuationSettings())) == pytest.approx(
         radius, abs=0.1
     )
+
+
+@pytest.mark.parametrize(("turn_rad", "is_sharp"), [(0.5, False), (1.2, True), (2.5, True)])
+def test_a_kink_is_a_sharp_turn_where_it_is_and_nowhere_else(turn_rad, is_sharp):
+    width, leg = 8.0, np.linspace(0.0, 60.0, 33)
+    line = np.concatenate([-leg[::-1], leg[1:] * np.exp(1j * turn_rad)])
+    found = sharp_turns(as_points(line), width, 0.8)
+    assert bool(len(found)) is is_sharp
+    assert (np.hypot(*found.T) < width).all()
+
+
+def test_a_circle_turns_by_a_width_over_its_radius_everywhere():
+    radius, width = 10.0, 8.0
+    circle = as_points(radius * np.exp(1j * np.linspace(0, 4, 80)))
+    turn = width / radius
+    assert len(sharp_turns(circle, width, 1.05 * turn)) == 0
+    assert len(sharp_turns(circle, width, 0.9 * turn)) > 60

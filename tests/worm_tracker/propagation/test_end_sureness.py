@@ -7,7 +7,7 @@ import pytest
 from body_searches import search_after
 
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.propagation.end_sureness import end_sd_px_of
+from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
 from worm_tracker.worm_track import PropagatedBody
 
 WIDTH = 12.0
@@ -49,3 +49,20 @@ def test_of_one_shade_an_end_on_the_body_is_no_surer_than_the_length(darkening):
     by_length = 0.02 * path.length
     assert first == pytest.approx(by_length if darkening == 0.0 else 1.0)
     assert last == 1.0, "it lies clear of the body"
+
+
+@pytest.mark.parametrize(
+    ("over_limits", "in_doubt", "is_stricter"),
+    [(0.5, (0.3, 0.8), True), (0.2, (0.3, 0.8), False), (0.5, None, False)],
+)
+def test_beside_a_loop_in_doubt_and_something_left_over_an_end_must_be_surer(
+    over_limits, in_doubt, is_stricter
+):
+    """What is left over may be that end, elsewhere."""
+    path = hairpin(1.6 * WIDTH)
+    search = search_after(path, WIDTH, 1, loops_known=True)
+    body = PropagatedBody(path, 0.95, 0.95, over_limits=over_limits, loop_in_doubt=in_doubt)
+    usual = replace(body, over_limits=0.0, loop_in_doubt=None)
+    most, mostly = (most_end_sd_px(b, search.model, search.settings) for b in (body, usual))
+    assert (most < mostly) is is_stricter
+    assert most <= mostly

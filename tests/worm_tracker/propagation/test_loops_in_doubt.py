@@ -8,13 +8,9 @@ from body_searches import candidate, kinked_loop, search_after
 from drawn_folds import laid
 
 from worm_msgs_py import Status
-from worm_tracker.midline.body_residual import BodyResidualSettings, ObjectMasks, strands
-from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import (
-    StrandExchangeSettings,
     exchanged_strands,
-    turned_at_end,
 )
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.propagation import observation_of
@@ -95,38 +91,6 @@ def test_a_loop_in_doubt_stays_so_where_an_end_has_slid_to_where_its_strands_met
     search = search_after(path, 15.0, 1, loops_known=True)
     search = replace(search, body=replace(search.body, loop_in_doubt=in_doubt))
     assert search.loop_in_doubt(candidate(path)) == (in_doubt if stays else None)
-
-
-def drawn_search(path, width):
-    """Return the search for a body in a picture of it, laid along a path."""
-    path = path.shifted(-min(path.curve.real) - 1j * min(path.curve.imag) + 2 * width * (1 + 1j))
-    shape = tuple(int(max(part) + 2 * width) for part in (path.curve.imag, path.curve.real))
-    widths = np.full(len(path.curve), width)
-    points = as_points(path.curve)
-    mask, *_ = strands(shape, points, widths, width, BodyResidualSettings())
-    search = search_after(path, width, 1, loops_known=True)
-    return replace(search, seen=ObjectMasks(mask, None, width, search.settings.residual)), path
-
-
-@pytest.mark.parametrize(("clear_widths", "is_turned"), [(0.0, False), (1.2, True)])
-def test_a_loop_passed_the_wrong_way_is_turned_round_once_its_end_comes_off_its_strand(
-    monkeypatch, clear_widths, is_turned
-):
-    """A worm's end has come off its strand; the body was followed with the loop the other way."""
-    width = 15.0
-    was = closed_by_its_end(width)
-    wrong = turned_at_end(was, width, True, StrandExchangeSettings())
-    true = closed_by_its_end(width, clear_widths)
-    search, shifted = drawn_search(true, width)
-    wrong = wrong.shifted(shifted.curve[0] - true.curve[0])
-    monkeypatch.setattr(
-        CandidateSearch, "slid", lambda self, path: self.scored(path, self.model.widths)
-    )
-    search = replace(search, last=wrong)
-    found = search.loop_turned(search.scored(wrong, search.model.widths))
-    assert found.was_exchanged is is_turned
-    away = np.abs(found.path.curve[::8] - shifted.curve[::8]).max()
-    assert bool(away < 2 * width) is is_turned
 
 
 @pytest.mark.parametrize(("end_moves_widths", "is_exchanged"), [(0.5, True), (1.5, False)])

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Floats, Mask, Picture
 from worm_msgs_py.contract.status import Status
@@ -160,9 +161,15 @@ class Detection:
         return self.view.gain
 
     def object_pixels(self) -> Picture:
-        """Return the object in its window, the holes of its loops open; 0 or 255."""
+        """Return the object in its window, the holes of its loops open; 0 or 255.
+
+        Specks that lie by themselves in such a hole are none of it.
+        """
         filled = draw_blob(self.blob, self.view.window)
-        return np.asarray(cv2.bitwise_and(filled, self.view.above_threshold()), np.uint8)
+        pixels = np.asarray(cv2.bitwise_and(filled, self.view.above_threshold()), np.uint8)
+        if not self.blob.hole_area:
+            return pixels
+        return _joined_to(self.blob.contour - np.array(self.view.origin), pixels)
 
     def centroid(self) -> tuple[float, float]:
         """Return the centroid (u, v) of the object's pixels, in the picture."""
@@ -216,3 +223,16 @@ class Detection:
         signal, smooth = self.view.signal[part].copy(), self.view.smooth[part].copy()
         view = replace(self.view, window=(rows, columns), signal=signal, smooth=smooth)
         return replace(self, view=view, occluder=None)
+
+
+def _joined_to(outline: NDArray[np.int64], pixels: Picture) -> Picture:
+    """Return the pieces of a mask, 0 or 255, that an outline (n, 2) in it runs along."""
+    count, pieces = cv2.connectedComponents(pixels, connectivity=8)
+    if count <= 2:
+        return pixels
+    height, width = pixels.shape
+    u, v = outline.T
+    kept = np.zeros(count, np.uint8)
+    kept[pieces[v.clip(0, height - 1), u.clip(0, width - 1)]] = 255
+    kept[0] = 0
+    return np.asarray(kept[pieces], np.uint8)

@@ -317,7 +317,7 @@ class Follower:
         lost = found.over_limits > settings.propagation.lost_over_limits
         if lost or off > settings.most_log_length_in_fold:
             return coiled(detection), None
-        if not found.is_explained or model.is_changing:
+        if not found.is_explained or model.is_changing or observation.is_mostly_hidden:
             return coiled(detection, observation), found
         return observation, found
 

@@ -24,6 +24,7 @@ from worm_tracker.midline.body_shade import (
     misjudged_layers,
 )
 from worm_tracker.midline.curve import as_complex, complex_arc_length
+from worm_tracker.midline.path import sharp_turns
 
 Image = cv2.typing.MatLike
 
@@ -59,7 +60,9 @@ class BodyResidualSettings:
     """What a body found by its contour may leave unexplained, squared widths: an open one, whose
     sharp corners a first midline cuts; and one that lies near itself."""
     end_widths: float = 1.5
-    """How far from its ends something beside an open body is no part of it."""
+    bend_rad: float = 0.8
+    """How far from its ends, and from bends that turn by so much within a width, something beside
+    an open body is no part of it: a midline that leaves out a short hairpin has a kink there."""
     least_dark_widths2: float = 0.4
     """Area that is dark from which on overlaps are darker."""
     dark_open_over_folded: float = 4.0
@@ -169,6 +172,11 @@ class Unexplained:
         u1, v1 = max(ceil(u + distance), 0), max(ceil(v + distance), 0)
         rows, columns = np.nonzero(self.wanted[v0 : v1 + 1, u0 : u1 + 1])
         return int((np.hypot(columns + u0 - u, rows + v0 - v) < distance).sum())
+
+
+def ends_and_bends(points: Floats, width: float, settings: BodyResidualSettings) -> Floats:
+    """Return the points (n, 2) of a body beside which what is left over may be a part of it."""
+    return np.concatenate([points[[0, -1]], sharp_turns(points, width, settings.bend_rad)])
 
 
 def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplained:

@@ -8,6 +8,7 @@ from worm_tracker.midline.body_residual import (
     BodyResidualSettings,
     ObjectMasks,
     dark_places,
+    ends_and_bends,
     unexplained,
 )
 from worm_tracker.midline.curve import length_of
@@ -42,7 +43,7 @@ def explains_object(
     width = mean_width(found.widths)
     masks = ObjectMasks(mask, np.asarray(dark & mask), width, settings)
     differs = unexplained(masks, found.points, found.widths)
-    ends = found.points[[0, -1]]
+    ends = ends_and_bends(found.points, width, settings)
     if not folded and not differs.wants_near(ends, settings.end_widths * width):
         if model is not None and model.lacks(length_of(found.points), differs.left_over):
             return False

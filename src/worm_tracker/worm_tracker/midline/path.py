@@ -109,6 +109,18 @@ def sharpest_turn(path: BodyPath, width: float) -> float:
     return float(np.abs(angle[over:] - angle[:-over]).max()) if len(angle) > over else 0.0
 
 
+def sharp_turns(points: Floats, width: float, least_rad: float) -> Floats:
+    """Return those of a line's points (n, 2) about which it turns by so much within a width."""
+    line = as_complex(points)
+    d = np.diff(line)
+    angle = np.concatenate([[0.0], np.cumsum(np.angle(d[1:] * d[:-1].conj()))])
+    half = max(0.5, 0.5 * width * len(d) / max(float(np.abs(d).sum()), 1e-9))
+    at = np.arange(len(line)) - 0.5  # of each point among the segments
+    segments = np.arange(len(d))
+    turn = np.interp(at + half, segments, angle) - np.interp(at - half, segments, angle)
+    return np.asarray(points[np.abs(turn) > least_rad])
+
+
 def nodes_for(length: float, width: float) -> int:
     """Return how many nodes a path of this length has, for a body of this width."""
     return int(min(max(_NODES_PER_WIDTH * length / width, TRACKED_POINTS), _MOST_NODES))

@@ -76,6 +76,13 @@ def exchanged_strands(
     return (None, 0.0) if exchanged is None else (BodyPath(exchanged), best)
 
 
+def exchanges(path: BodyPath, width: float, settings: StrandExchangeSettings) -> list[BodyPath]:
+    """Return the paths with two strands exchanged, one for each place where two meet."""
+    return [
+        BodyPath(again) for _, _, _, again in _other_ways(path.curve, width, path.step, settings)
+    ]
+
+
 def doubtful_loops(
     path: BodyPath,
     width: float,

@@ -16,6 +16,7 @@ from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.strand_exchange import doubtful_loops, part_of
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
 from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -101,6 +102,7 @@ class BackwardPropagation:
         observation = observation_of(found, model, found.agreement, settings)
         observation = observation.on_path(self._path_number)
         sure = found.agreement >= settings.least_agreement_backwards and found.is_explained
+        sure = sure and not observation.is_mostly_hidden
         self._before, self._last = self._last.points, found
         return observation if sure else coiled(detection, observation)
 
@@ -143,7 +145,7 @@ def _open_again(scene: CandidateSearch, found: RefinedMidline | None) -> Propaga
 
 def _slid_only(scene: CandidateSearch) -> PropagatedBody | None:
     """Slide the worm's body along itself, and fit none anew; None where that leads nowhere."""
-    slid = scene.turned_round(scene.followed())
+    slid = followed_or_otherwise(scene)
     if slid is None or scene.leaps(slid):
         return None
     return replace(scene.in_picture(slid), was_slid=scene.keeps_ends(slid))

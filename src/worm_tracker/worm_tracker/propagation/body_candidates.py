@@ -20,6 +20,7 @@ from worm_tracker.midline.body_model import (
 from worm_tracker.midline.body_residual import (
     ObjectMasks,
     dark_places,
+    ends_and_bends,
     unexplained,
 )
 from worm_tracker.midline.body_shade import ShadedObject, marks_of
@@ -34,11 +35,10 @@ from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.midline.strand_exchange import (
     doubtful_loops,
     exchanged_strands,
-    turned_at_end,
 )
 from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.candidate import Candidate
-from worm_tracker.propagation.end_sureness import end_sd_px_of
+from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
 from worm_tracker.propagation.loops_in_doubt import loop_in_doubt
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -209,22 +209,7 @@ class CandidateSearch:
             return None
         if self.over_limits(found) > 1 or any(self.ends_lack(found)):
             found = self.regrown(found)
-        return self.exchanged(self.loop_turned(found))
-
-    def loop_turned(self, found: Candidate) -> Candidate:
-        """Return a body with the loop before an end turned round where only that explains it all.
-
-        What meets near an end hardly bends, and once the end has slid away from there nothing tells
-        which way it was.
-        """
-        if self.over_limits(found) <= 1:
-            return found
-        for last_end in (False, True):
-            path = turned_at_end(found.path, self.model.width, last_end, self.settings.exchange)
-            again = None if path is None else self.slid(path)
-            if again is not None and self.over_limits(again) <= 1 and not self.leaps(again):
-                return replace(again, was_exchanged=True)
-        return found
+        return self.exchanged(found)
 
     def turned_round(self, found: Candidate | None) -> Candidate | None:
         """Return a body the other way round where its widths tell so, else itself.
@@ -366,9 +351,10 @@ class CandidateSearch:
             np.interp(at, np.arange(len(widths)), widths),
         )
         if differs.left_over and not lies_near_itself(path.curve, self.model.width, path.step):
-            near = self.settings.residual.end_widths * self.model.width
+            width, residual = self.model.width, self.settings.residual
+            ends = ends_and_bends(path.points, width, residual)
             lacks = self.model.lacks(path.length, differs.left_over)
-            if not lacks and not differs.wants_near(path.points[[0, -1]], near):
+            if not lacks and not differs.wants_near(ends, residual.end_widths * width):
                 differs = replace(differs, left_over=0.0)  # debris that hangs on to an open body
         agreement = differs.agreement - self.settings.kink_cost_per_rad * kink
         return Candidate(path, agreement, differs)
@@ -383,8 +369,18 @@ class CandidateSearch:
         return found.agreement - cost - settings.log_stretch_cost * stretch
 
     def leaps(self, found: Candidate) -> bool:
-        """Tell whether an end is farther from where it was than it can have got."""
-        return self.model.leaps(found.path.points, self.last.points, self.frames)
+        """Tell whether an end is farther from where it was than it can have got.
+
+        An end that was hidden may have been elsewhere.
+        """
+        points, last = found.path.points, self.last.points
+        most_px = most_end_sd_px(self.body, self.model, self.settings)
+        seen = [sd < most_px for sd in end_sd_px_of(self.body, self.model, self.settings)]
+        if all(seen):
+            return self.model.leaps(points, last, self.frames)
+        far = self.model.settings.most_end_step_px(self.model.width, self.model.length)
+        moved = np.hypot(*(points[[0, -1]] - last[[0, -1]]).T)
+        return bool((moved[seen] > far * self.frames).any())
 
 
 def _is_marked(model: BodyModel, settings: PropagationSettings) -> bool:

@@ -38,6 +38,20 @@ def end_sd_px_of(
     return first, last
 
 
+def most_end_sd_px(body: PropagatedBody, model: BodyModel, settings: PropagationSettings) -> float:
+    """Return how unsure an end may be and still be told, pixels.
+
+    What a body with a loop in doubt leaves over, though it is little enough to be believed, may be
+    an unsure end that lies elsewhere.
+    """
+    most = settings.most_end_sd_widths
+    if overlaps_tell(model, settings):
+        most = settings.most_end_sd_in_darker_overlap_widths
+    if not body.loops_known and body.over_limits > settings.most_over_limits_of_unsure_end:
+        most = min(most, settings.most_end_sd_beside_left_over_widths)
+    return most * mean_width(model.widths)
+
+
 def overlaps_tell(model: BodyModel, settings: PropagationSettings) -> bool:
     """Tell whether overlaps are so much darker that the picture shows what lies in them."""
     return model.darkening > settings.residual.least_darkening

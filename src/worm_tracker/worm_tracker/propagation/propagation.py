@@ -20,7 +20,8 @@ from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
-from worm_tracker.propagation.end_sureness import end_sd_px_of, overlaps_tell
+from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
+from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -62,7 +63,7 @@ def propagate(
     contracted = scene.contracted(contour_body)
     if contracted is not None:
         return scene.in_picture(contracted)
-    slid = scene.turned_round(scene.followed())
+    slid = followed_or_otherwise(scene)
     enough = last.expected_agreement - settings.most_agreement_lost_sliding
     if slid is not None and not scene.leaps(slid):
         over = scene.over_limits(slid)
@@ -112,10 +113,8 @@ def observation_of(
     step = body.path.length / (len(body.points) - 1)
     folded = lies_near_itself(body.path.curve, width, body.path.step)
     end_sd_px = end_sd_px_of(body, model, settings)
-    most_sd = settings.most_end_sd_widths
-    if overlaps_tell(model, settings):
-        most_sd = settings.most_end_sd_in_darker_overlap_widths
-    first, last = (0 if sd < most_sd * width else 1 + ceil(2 * sd / step) for sd in end_sd_px)
+    most_sd_px = most_end_sd_px(body, model, settings)
+    first, last = (0 if sd < most_sd_px else 1 + ceil(2 * sd / step) for sd in end_sd_px)
     seen = Status.FOLDED if folded else Status.TRACKED
     seen = seen if body.loops_known else Status.LOOP_IN_DOUBT
     return Observation(

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
+from worm_tracker.midline.other_ways import OtherWaysSettings
 from worm_tracker.midline.path_following import PathFollowingSettings
 from worm_tracker.midline.regrown_ends import RegrownEndsSettings
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings
@@ -40,6 +41,10 @@ class PropagationSettings:
     most_end_sd_in_darker_overlap_widths: float = 0.42
     """Standard deviation of an end's place from which on it is told as hidden; and where overlaps
     are darker, so that an end that lies elsewhere leaves something over."""
+    most_over_limits_of_unsure_end: float = 0.3
+    most_end_sd_beside_left_over_widths: float = 0.25
+    """What a body with a loop in doubt may leave over, over what may be, while an end is less sure
+    than that: the end may lie elsewhere. 10 of 183 such heads were wrong, of others 1 in 1200."""
     most_log_shortening_per_frame: float = 0.04
     """Log of the last length over that of a body in the next picture whose contour shows it, where
     it lay near itself."""
@@ -91,6 +96,14 @@ class PropagationSettings:
     a few may be missing, or the camera be slow."""
     most_frames_unexplained: int = 5
     """Most pictures in a row that a body may leave unexplained and still be the one followed."""
+    tried_again_frames: int = 4
+    """How often, after that, other ways are tried in which it may lie."""
+    most_ways_slid: int = 6
+    """Of the ways that are two steps from where it lay, how many are looked at closely."""
+    most_kink_rad: float = 0.2
+    """How much more sharply than the body did such a way may turn, where that is a kink."""
+    least_gain_of_other_way_widths2: float = 0.2
+    """What another way must explain more to be taken though it leaves something over, too."""
     most_over_limits_alone: float = 0.35
     least_bend_of_other_way_rad2: float = 1.0
     """What a body that was lost may leave over, over what may be, and how much more any other way
@@ -101,6 +114,7 @@ class PropagationSettings:
     """How much less than expected it may have."""
     most_fits_backwards: int = 12
     """Pictures in which a body may be fitted that does not slide there: many would take long."""
+    other_ways: OtherWaysSettings = field(default_factory=OtherWaysSettings)
     regrow: RegrownEndsSettings = field(default_factory=RegrownEndsSettings)
     exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)
     doubt: StrandExchangeSettings = field(

@@ -1,0 +1,76 @@
+"""Finds how a body lies that was followed, and no longer explains its picture."""
+
+from dataclasses import replace
+
+from worm_tracker.midline.other_ways import add_if_new, other_ways
+from worm_tracker.midline.path import BodyPath, sharpest_turn
+from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.candidate import Candidate
+
+
+def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
+    """Return the last body slid along itself; or laid otherwise, where only that explains all."""
+    found = scene.followed()
+    if found is not None and scene.over_limits(found) > 1 and _is_due(scene):
+        found = _lies_otherwise(scene, found)
+    return scene.turned_round(found)
+
+
+def _is_due(scene: CandidateSearch) -> bool:
+    """Tell whether other ways are tried in this picture: at first in each, then now and then."""
+    unexplained, settings = scene.body.frames_unexplained, scene.settings
+    at_first = unexplained <= settings.most_frames_unexplained
+    return at_first or unexplained % settings.tried_again_frames == 0
+
+
+def _lies_otherwise(scene: CandidateSearch, found: Candidate) -> Candidate:
+    """Return the way of a body, at most two steps from where it is, that explains most.
+
+    The body itself where none explains all, or so much more that it is plainly another one.
+    """
+    settings = scene.settings
+    ways = [found.path]
+    one_step = _added(scene, ways, found.path)
+    best = _best_of(scene, one_step)
+    if best is None or scene.over_limits(best) > 1:
+        two_steps = [way for path in one_step for way in _added(scene, ways, path)]
+        raw = sorted(two_steps, key=lambda way: _left(scene, way))[: settings.most_ways_slid]
+        others = [one for one in (best, _best_of(scene, raw)) if one is not None]
+        best = min(others, key=lambda one: one.unexplained.total, default=None)
+    if best is None:
+        return found
+    gain = found.unexplained.total - best.unexplained.total
+    if scene.over_limits(best) > 1 and gain < settings.least_gain_of_other_way_widths2:
+        return found
+    return replace(best, was_exchanged=True)
+
+
+def _added(scene: CandidateSearch, ways: list[BodyPath], path: BodyPath) -> list[BodyPath]:
+    """Return the ways that are one step from a path and new, and add them to those known."""
+    settings, width = scene.settings, scene.model.width
+    return [
+        way
+        for way in other_ways(path, scene.seen.mask, width, settings.doubt, settings.other_ways)
+        if add_if_new(ways, way, width, settings.other_ways)
+    ]
+
+
+def _best_of(scene: CandidateSearch, ways: list[BodyPath]) -> Candidate | None:
+    """Return the body slid along one of some ways that leaves least unexplained.
+
+    Without a leap, and without a kink that it did not have: that explains what it should not.
+    """
+    before = sharpest_turn(scene.last, scene.model.width)
+    most_turn = max(scene.settings.most_turn_rad_per_width, before + scene.settings.most_kink_rad)
+    slid = [one for way in ways if (one := scene.slid(way)) is not None]
+    sound = [
+        one
+        for one in slid
+        if not scene.leaps(one) and sharpest_turn(one.path, scene.model.width) < most_turn
+    ]
+    return min(sound, key=lambda one: one.unexplained.total, default=None)
+
+
+def _left(scene: CandidateSearch, way: BodyPath) -> float:
+    """Return what a way leaves unexplained as it is, squared widths."""
+    return scene.scored(way, scene.model.widths).unexplained.total

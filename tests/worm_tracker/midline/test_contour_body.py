@@ -1,0 +1,57 @@
+"""What hangs on to an open body is debris, unless an end or a bend of the body may be missing."""
+
+import cv2
+import numpy as np
+import pytest
+
+from worm_tracker.midline.body_residual import BodyResidualSettings
+from worm_tracker.midline.contour_body import explains_object
+from worm_tracker.midline.curve import TRACKED_POINTS, as_points
+from worm_tracker.midline.path import evenly
+from worm_tracker.midline.refine import RefinedMidline
+
+WIDTH, LEVEL = 12.0, 100
+LEG = 10 * WIDTH
+
+
+def kinked(turn_rad):
+    """Return the midline of two legs, u + iv, that meet at an angle."""
+    first = np.linspace(-LEG, 0.0, 40)
+    last = np.linspace(0.0, LEG, 40)[1:] * np.exp(1j * turn_rad)
+    return evenly(150 + 60j + np.r_[first, last], TRACKED_POINTS)
+
+
+def pictured(line, beside):
+    """Return an object: the body along a line, and a round piece that touches it on one side."""
+    mask = np.zeros((300, 320), np.uint8)
+    points = np.rint(16 * as_points(line[2:-2])).astype(np.int32)  # its ends are round
+    cv2.polylines(mask, [points], False, 255, round(WIDTH), cv2.LINE_8, 4)
+    centre = int(beside.real), int(beside.imag)
+    cv2.circle(mask, centre, round(1.1 * WIDTH), 255, -1)
+    return mask
+
+
+def refined(line):
+    widths = np.full(TRACKED_POINTS, WIDTH)
+    levels = np.full(TRACKED_POINTS, float(LEVEL))
+    area = WIDTH * float(np.abs(np.diff(line)).sum())
+    return RefinedMidline(as_points(line), widths, widths, levels, LEVEL, 1.0, area, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("turn_rad", "at", "is_debris"),
+    [
+        pytest.param(1.2, 0.5, False, id="at a kink: a short hairpin that was left out"),
+        pytest.param(1.2, 0.25, True, id="beside a leg of a kinked body"),
+        pytest.param(0.2, 0.5, True, id="beside a body that hardly bends"),
+        pytest.param(0.2, 0.02, False, id="at an end"),
+    ],
+)
+def test_what_hangs_on_to_an_open_body_is_debris_but_at_ends_and_kinks(turn_rad, at, is_debris):
+    line = kinked(turn_rad)
+    k = round(at * (len(line) - 1))
+    way = line[min(k + 1, len(line) - 1)] - line[max(k - 1, 0)]
+    mask = pictured(line, line[k] - 1.5j * WIDTH * way / abs(way))
+    smooth = np.where(mask > 0, LEVEL, 0).astype(np.uint8)
+    settings = BodyResidualSettings()
+    assert explains_object(refined(line), smooth, mask, False, None, settings) is is_debris
