@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from worm_msgs_py.arrays import Floats, Picture
+from worm_msgs_py.arrays import Floats, Mask, Picture
 from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.background import Background, BackgroundSettings
@@ -40,6 +40,7 @@ from worm_tracker.detection.illumination import (
     empty_rig,
     evened,
     evening_of,
+    passage_rims,
 )
 from worm_tracker.detection.occlusion import OcclusionSettings
 from worm_tracker.detection.pale_ends import PaleEndSettings, may_miss_an_end, with_pale_ends
@@ -99,13 +100,12 @@ class Detector:
         self._arena = arena.astype(np.uint8) * 255
         self._empty = np.rint(empty).astype(np.uint8)
         evening = evening_of(light, arena, settings.illumination)
-        signal = np.asarray(cv2.subtract(self._empty, picture), np.uint8)
-        signal = evened(signal, evening)
+        signal = evened(np.asarray(cv2.subtract(self._empty, picture), np.uint8), evening)
         signal = smoothed(np.asarray(cv2.bitwise_and(signal, self._arena), np.uint8))
         self._noise = noise_sd((empty - picture).astype(np.int16)[arena])
         self._first_threshold = first_threshold(signal, self._noise, settings.blobs)
-        worm = self._first_worm(picture, signal)
-        water = clear_water(arena, geometry)
+        rims = passage_rims(picture, geometry, settings.illumination)
+        worm, water = self._first_worm(picture, signal, rims), clear_water(arena, geometry)
         self._background = Background(picture, empty, worm, water, evening, settings.background)
         self._frames_of_all_worm = 0
 
@@ -208,10 +208,13 @@ class Detector:
             )
             absorb_debris(self._background, seen, settings.debris)
 
-    def _first_worm(self, picture: Picture, signal: Picture) -> Picture:
+    def _first_worm(self, picture: Picture, signal: Picture, rims: Mask) -> Picture:
         """Return where in the first picture a worm may be, not zero there."""
         everything, margin = whole_picture(picture.shape), self._settings.first_worm_margin_px
         blobs = self._blobs(signal, self._first_threshold, everything)
+        if blobs and blobs[0].touches(everything):  # by the rims of a passage, maybe
+            signal = np.where(rims, np.uint8(0), signal)
+            blobs = self._blobs(signal, self._first_threshold, everything)
         if not blobs:
             return np.zeros_like(picture)
         settings = self._settings

@@ -38,6 +38,8 @@ class IlluminationSettings:
     """The most that a signal is made stronger or weaker for uneven light."""
     lit_over_entrance: float = 0.6
     """Brightness over that of its entrance from which a place is taken to be in the passage."""
+    passage_rim_px: float = 4.0
+    """How near to a passage's wall it may be blurred."""
 
 
 def fit_illumination(picture: Picture, arena: Mask, settings: IlluminationSettings) -> Floats32:
@@ -135,6 +137,14 @@ def clear_water(arena: Mask, geometry: Geometry) -> Mask:
         return np.zeros_like(arena)
     size = 2 * (WALL_REACH_PX + 3) + 1
     return cv2.erode(arena.astype(np.uint8), np.ones((size, size), np.uint8)) > 0
+
+
+def passage_rims(picture: Picture, geometry: Geometry, settings: IlluminationSettings) -> Mask:
+    """Return where the walls of a passage blur its edges, shape (h, w)."""
+    rims = np.zeros(picture.shape, bool)
+    for rig in _regions(picture, geometry, settings):
+        rims |= rig.passage & (np.abs(rig.depth) < settings.passage_rim_px) & (rig.out > 0)
+    return rims
 
 
 def evening_of(light: Floats32, arena: Mask, settings: IlluminationSettings) -> Picture:
