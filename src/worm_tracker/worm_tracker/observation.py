@@ -95,7 +95,7 @@ class Observation:
 
     @property
     def is_mostly_hidden(self) -> bool:
-        """Whether an end is hidden and so much in doubt that less than half of it is told."""
+        """Whether an end is hidden, and so much in doubt that less than a quarter is told."""
         if not any(self.occluded):
             return False
         told = np.ones(len(self.points), bool)
@@ -103,7 +103,7 @@ class Observation:
         told[first:behind] = False
         told[: self.occluded[0]] = False
         told[len(told) - self.occluded[1] :] = False
-        return bool(told.sum() < len(told) / 2)
+        return bool(told.sum() < len(told) / 4)
 
     @property
     def explains(self) -> bool:
