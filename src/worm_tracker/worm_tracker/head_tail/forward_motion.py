@@ -22,12 +22,12 @@ class ForwardMotionSettings:
 
     ===============  ======  ======  ======  =====  =====
     lengths             0.1     0.2     0.3    0.5    1.0
-    head not there   23.1 %  15.4 %  10.0 %  3.9 %  0.3 %
+    head not there   21.4 %  14.2 %   9.1 %  3.6 %  0.3 %
     ===============  ======  ======  ======  =====  =====
     """
 
     first_lengths: float = 0.1
-    log_odds_per_first_length: float = 12.0
+    log_odds_per_first_length: float = 13.0
     log_odds_per_length: float = 5.0
     """Gained per body length, up to that way on balance and beyond it."""
 
