@@ -1,6 +1,5 @@
 """The first picture: what of it is the worm, and what the rig."""
 
-import pytest
 from benchmarks.drawn_lines import LINE_LOOKS, light_and_wall, picture_of, true_line_px
 from benchmarks.fold_films import WORMS_FILE
 
@@ -10,10 +9,9 @@ from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
 
-@pytest.mark.parametrize("look_name", ["lines", "lines_coarse"])
-def test_a_worm_that_lies_across_the_mouth_at_first_is_not_joined_to_the_passages_walls(look_name):
+def test_a_worm_that_lies_across_the_mouth_at_first_is_not_joined_to_the_passages_walls():
     """The walls blur the passage's edges: two dark lines, from the mouth to the picture's edge."""
-    look, worm = LINE_LOOKS[look_name], read_folded_worms(WORMS_FILE)["4003"]
+    look, worm = LINE_LOOKS["lines"], read_folded_worms(WORMS_FILE)["4003"]
     light, wall = light_and_wall(look)
     tracker, given = Tracker(TrackerParameters()), []
     for frame in range(4):

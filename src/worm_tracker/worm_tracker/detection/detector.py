@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from worm_msgs_py.arrays import Floats, Mask, Picture
+from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.contract.chamber import Geometry
 from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.background import Background, BackgroundSettings
@@ -104,8 +104,8 @@ class Detector:
         signal = smoothed(np.asarray(cv2.bitwise_and(signal, self._arena), np.uint8))
         self._noise = noise_sd((empty - picture).astype(np.int16)[arena])
         self._first_threshold = first_threshold(signal, self._noise, settings.blobs)
-        rims = passage_rims(picture, geometry, settings.illumination)
-        worm, water = self._first_worm(picture, signal, rims), clear_water(arena, geometry)
+        worm = self._first_worm(picture, signal, geometry)
+        water = clear_water(arena, geometry)
         self._background = Background(picture, empty, worm, water, evening, settings.background)
         self._frames_of_all_worm = 0
 
@@ -208,11 +208,12 @@ class Detector:
             )
             absorb_debris(self._background, seen, settings.debris)
 
-    def _first_worm(self, picture: Picture, signal: Picture, rims: Mask) -> Picture:
+    def _first_worm(self, picture: Picture, signal: Picture, geometry: Geometry) -> Picture:
         """Return where in the first picture a worm may be, not zero there."""
         everything, margin = whole_picture(picture.shape), self._settings.first_worm_margin_px
         blobs = self._blobs(signal, self._first_threshold, everything)
         if blobs and blobs[0].touches(everything):  # by the rims of a passage, maybe
+            rims = passage_rims(picture, geometry, self._settings.illumination)
             signal = np.where(rims, np.uint8(0), signal)
             blobs = self._blobs(signal, self._first_threshold, everything)
         if not blobs:
