@@ -94,6 +94,11 @@ class Observation:
         return self.loops_known and not any(self.occluded)
 
     @property
+    def shows_pose(self) -> bool:
+        """Whether it gives a pose, and all of the midline."""
+        return self.status.has_pose and self.shows_all
+
+    @property
     def is_mostly_hidden(self) -> bool:
         """Whether an end is hidden, and so much in doubt that less than a quarter is told."""
         if not any(self.occluded):

@@ -236,6 +236,23 @@ def test_no_head_is_told_for_certain_of_a_body_that_may_be_laid_double(why):
     assert [state.status for state in doubted] == [state.status for state in sure]
 
 
+@pytest.mark.parametrize("hold_back_frames", [256, 15])
+def test_what_widths_told_of_the_head_holds_until_a_link_is_in_doubt(hold_back_frames):
+    """However long ago they told it, and whether that frame waits still or was given."""
+    ahead = crawling(order_known=True, kept=SEEN)
+    rests = [replace(ahead[-1], order_known=False, status=Status.FOLDED)] * 10
+    centre = rests[0].points.mean(axis=0)
+    across = replace(rests[0], points=(rests[0].points - centre)[:, ::-1] + centre)
+    queue = queue_of(hold_back_frames=hold_back_frames)
+    told = []
+    for frame, observation in enumerate([*ahead, *rests, *[across] * 10]):
+        queue.push(PendingFrame(frame, frame * FRAME_NS, observation, None))
+        told += queue.release()
+    states = [one.state for one in [*told, *queue.finish()]][len(ahead) :]
+    assert min(state.head_certainty for state in states[: len(rests)]) > 0.95
+    assert max(state.head_certainty for state in states[len(rests) :]) < 0.6
+
+
 def test_what_a_young_body_told_of_a_fold_is_taken_back_with_it():
     queue = queue_of(coil(), coil(), midline(kept=SEEN))
     queue.go_back(Back())
@@ -317,6 +334,82 @@ def test_a_body_that_both_ways_through_a_fold_came_to_is_told(
         assert line == pytest.approx(LINE + aside / 2)
 
 
+def there_again(entered, coils, told_back):
+    """Return what is told of coils where a way back tells the last, and one there all it is asked.
+
+    And how many of them it was asked.
+    """
+    asked = []
+
+    def propagate(opened, detections):
+        asked.append(len(detections))
+        tells = replace(midline(), status=Status.FOLDED)
+        return iter([tells] * (told_back if len(asked) == 1 else len(detections)))
+
+    queue = queue_of(entered, *coils, midline())
+    queue.go_back(propagate)
+    return [one.state.status for one in queue.finish()][1:-1], asked[1:]
+
+
+def test_a_fold_that_was_not_followed_is_entered_again_from_before_it():
+    told, asked = there_again(midline(kept=SEEN), [coil()] * 5, told_back=2)
+    assert told == [Status.FOLDED] * 5
+    assert asked == [3]
+
+
+@pytest.mark.parametrize(
+    ("apart_widths", "back_over", "again_over", "is_told"),
+    [
+        pytest.param(0.2, 0.0, 0.8, True, id="the same body"),
+        pytest.param(3.0, 0.0, 0.2, False, id="another that leaves more over"),
+        pytest.param(3.0, 0.9, 0.2, True, id="another that leaves less over"),
+        pytest.param(3.0, 0.9, 0.5, False, id="less, but not little"),
+        pytest.param(3.0, 1.5, 0.8, True, id="the first does not explain the picture"),
+    ],
+)
+def test_a_hidden_end_is_told_on_the_way_there_by_a_body_that_is_no_worse(
+    apart_widths, back_over, again_over, is_told
+):
+    bent = LINE + np.outer(np.arange(121) < 12, [0.0, apart_widths * WIDTH])
+    hides = {"status": Status.END_HIDDEN, "occluded": (12, 0)}
+    ways = [
+        [coil(followed=replace(midline(over_limits=back_over), points=bent, **hides))],
+        [replace(midline(over_limits=again_over), status=Status.FOLDED)],
+    ]
+    queue = queue_of(midline(kept=SEEN), coil(), midline())
+    queue.go_back(lambda opened, detections: iter(ways.pop(0)))
+    assert (queue.finish()[1].state.status is Status.FOLDED) is is_told
+    assert not ways
+
+
+@pytest.mark.parametrize(
+    ("entered", "coils"),
+    [
+        pytest.param(coil(), [coil()] * 5, id="no frame before it shows the body"),
+        pytest.param(
+            replace(midline(kept=SEEN), status=Status.END_HIDDEN, occluded=(9, 0)),
+            [coil()] * 5,
+            id="nor all of it",
+        ),
+        pytest.param(
+            midline(kept=SEEN), [coil(followed=midline(over_limits=2.0))] * 5, id="it was followed"
+        ),
+    ],
+)
+def test_a_fold_is_not_entered_again_in_vain(entered, coils):
+    told, asked = there_again(entered, coils, told_back=2)
+    assert told == [Status.COILED] * 3 + [Status.FOLDED] * 2
+    assert asked == []
+
+
+def test_a_body_that_was_lost_is_told_where_the_way_back_comes_to_it():
+    lost = coil(followed=replace(midline(), status=Status.FOLDED))
+    told = [replace(midline(), status=Status.FOLDED)]
+    queue = queue_of(midline(), lost, lost, midline())
+    queue.go_back(lambda opened, detections: iter(told))
+    assert Status.COILED not in {one.state.status for one in queue.finish()}
+
+
 class Back:
     """A way back that tells every coil, and counts its steps."""
 
@@ -368,7 +461,7 @@ def test_a_long_fold_is_gone_back_through_by_a_frame_with_each_new_one():
 def test_a_long_way_back_is_spread_over_the_frames_that_come_before_one_cannot_wait():
     kinds = ["coil"] * 20 + ["open"] * 30
     told, steps = told_in_steps(kinds, 1, 25)
-    assert steps == [0] * 20 + [4] * 5 + [0] * 25
+    assert steps == [0] * 20 + [8, 8, 4] + [0] * 27  # and there again, for all it knows
     assert {status for _, status in told} == {Status.TRACKED}
     assert told == told_in_steps(kinds, None, 25)[0]
 

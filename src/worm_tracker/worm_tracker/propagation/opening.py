@@ -25,6 +25,14 @@ class AgreementSettings:
     most_apart_widths: float = 0.3
     most_end_sd_widths: float = 0.42
     """How far apart any of their points may be, and how unsure an end may be by what is seen."""
+    most_frames_unexplained: int = 5
+    """Most pictures in a row that a body may leave unexplained and still be the one followed."""
+    most_over_limits_elsewhere: float = 0.3
+    most_over_limits_more: float = 0.1
+    """What a body may leave over that lies otherwise than one that explains the picture, too: so
+    much of what may be, and no more than that other one but for what light and noise make of it."""
+    least_seen: float = 0.5
+    """Part of the body that must be seen by both for one to be known by the other."""
 
 
 def told_of_fold(
@@ -43,17 +51,41 @@ def told_of_fold(
         What is known of it on the way into the fold, and on the way back.
     agreement : AgreementSettings
     """
-    confirmed = _confirmed(_followed(there), _followed(back), agreement)
+    confirmed = _confirmed(body_of(there), body_of(back), agreement)
     if confirmed is not None:
         return confirmed
-    if back.has_midline and _unsure(back) < _unsure(there):
+    if tells_more(back, there):
         return back
     if not there.has_midline and back.followed is not None:
         return replace(there, followed=back.followed)
     return there
 
 
-def _followed(observation: Observation) -> Observation | None:
+def tells_more(one: Observation, other: Observation) -> bool:
+    """Tell whether one of two observations of a frame tells more of the body."""
+    return one.has_midline and _unsure(one) < _unsure(other)
+
+
+def supersedes(one: Observation, other: Observation, settings: AgreementSettings) -> bool:
+    """Tell whether a body may be told where another one explains the picture, too.
+
+    It lies as that does, hidden ends and all, but for loops in doubt; or it leaves less over.
+    """
+    most = min(
+        settings.most_over_limits_elsewhere, other.over_limits + settings.most_over_limits_more
+    )
+    if one.over_limits < most:
+        return True
+    for way in (one, one.reversed()):
+        certain = np.ones(len(way.points), bool)
+        certain[slice(*way.in_doubt)] = certain[slice(*other.in_doubt)] = False
+        apart = np.hypot(*(way.points[certain] - other.points[certain]).T)
+        if apart.max(initial=0.0) < settings.most_apart_widths * other.width:
+            return True
+    return False
+
+
+def body_of(observation: Observation) -> Observation | None:
     """Return what has an observation's midline, told or only followed; None without one."""
     return observation if observation.has_midline else observation.followed
 

@@ -67,6 +67,7 @@ class FrameQueue:
         self._way_back: WayBack | None = None
         self._body_is_new = False
         self._head_first: bool | None = None
+        self._known_of_given = LEAST_CERTAINTY
         self._home = ""
         self.exchanges: list[Exchange] = []
         self.statuses: Counter[Status] = Counter()
@@ -94,15 +95,16 @@ class FrameQueue:
     def coils(self) -> list[Coils]:
         """Return the coils that wait, each run of them with the frame that opens it."""
         found, run = [], list[PendingFrame]()
+        entered = self._linked[-1] if self._linked and self._linked[-1].is_open else None
         for pending in self._waiting:
             if pending.is_open:
                 if run:
-                    found.append(Coils(run, pending))
-                run = []
+                    found.append(Coils(run, pending, entered))
+                run, entered = [], pending
             elif pending.observation.unresolved is not None:
                 run.append(pending)
             else:
-                run = []  # nothing tells where the body was meanwhile
+                run, entered = [], None  # nothing tells where the body was meanwhile
         return found
 
     def go_back(self, propagate_back: PropagateBack, most: int | None = None) -> None:
@@ -216,12 +218,12 @@ class FrameQueue:
             certainty(self._head_tail.log_odds),
         )
         self.exchanges.append(exchange)
-        self._head_first = None
+        self._head_first, self._known_of_given = None, LEAST_CERTAINTY
         return exchange
 
     def _least_steps(self) -> int:
         """Return by how many frames to go back with each new one to arrive while all can wait."""
-        left = sum(len(run.frames) for run in self._way_back.runs) if self._way_back else 0
+        left = self._way_back.left if self._way_back else 0
         return ceil(left / (1 + self._hold_back_frames - len(self)))
 
     def _begin_way_back(self, propagate_back: PropagateBack) -> None:
@@ -229,9 +231,8 @@ class FrameQueue:
         self._way_back = None
         opened = next((told for told in reversed(self._waiting) if told.is_open), None)
         if opened is not None:
-            runs = deque(self.coils())
-            told = deque(propagate_back(run.opened.observation, run.detections) for run in runs)
-            self._way_back = WayBack(opened.frame, propagate_back, runs, told, self._agreement)
+            runs = self.coils()
+            self._way_back = WayBack(opened.frame, propagate_back, runs, self._agreement)
 
     def _arrive(self, way: WayBack) -> None:
         """Link what a way back has told, and begin the next where a fold has opened meanwhile."""
@@ -299,27 +300,49 @@ class FrameQueue:
             return
         for k in range(max(after, 0), len(self._linked)):
             self._linked[k].observation = self._linked[k].observation.reversed()
-        if after < 0 and self._head_first is not None:
-            self._head_first = not self._head_first
+        if after < 0:
+            self._known_of_given = 1 - self._known_of_given
+            if self._head_first is not None:
+                self._head_first = not self._head_first
 
     def _give(self, count: int, body_in_doubt: bool) -> list[TrackedFrame]:
         """Return the oldest frames with the head as it is known by now."""
         if count <= 0:
             return []
-        first_is_head = probability(self._head_tail.log_odds)
-        ago, odds_then = self._head_tail.when_known
-        then = probability(odds_then)
         unsure = body_in_doubt and not self._head_tail.corrected
+        first_is_head, self._known_of_given = self._first_is_head(count)
         told = []
-        for frames, pending in enumerate(reversed(self._linked)):
-            if frames == ago and abs(then - 0.5) > abs(first_is_head - 0.5):
-                first_is_head = then  # what came later is in doubt, and tells less
-            own = certainty_before_link(first_is_head, pending.own_reliability)
+        for sure, pending in zip(first_is_head, self._linked, strict=True):
+            own = certainty_before_link(sure, pending.own_reliability)
             in_doubt = unsure and pending.observation.seen is not None
-            told.append((first_is_head >= 0.5, LEAST_CERTAINTY if in_doubt else max(own, 1 - own)))
-            first_is_head = certainty_before_link(first_is_head, pending.reliability)
-        told.reverse()
+            told.append((sure >= 0.5, LEAST_CERTAINTY if in_doubt else max(own, 1 - own)))
         return [self._tracked(self._linked.popleft(), *told[k]) for k in range(count)]
+
+    def _first_is_head(self, given: int) -> tuple[list[float], float]:
+        """Return how probable it is of each linked frame that its first end is the head.
+
+        By what is known now, back over the links; or by what was known when widths last told the
+        order of the ends, over the links since, where that tells more.
+
+        Parameters
+        ----------
+        given : int
+            How many of these frames are given now: of the last of them what was known when widths
+            told the order is returned, too, for those that come after it.
+        """
+        links, (ago, odds_then) = list(self._linked), self._head_tail.when_known
+        known, then = len(links) - 1 - ago, probability(odds_then)
+        back, sure = [LEAST_CERTAINTY] * len(links), probability(self._head_tail.log_odds)
+        for k in reversed(range(len(links))):
+            back[k] = sure = _surer(sure, then) if k == known else sure
+            sure = certainty_before_link(sure, links[k].reliability)
+        since, sure = [], self._known_of_given
+        for k, pending in enumerate(links):
+            sure = then if k == known else certainty_before_link(sure, pending.reliability)
+            since.append(sure)
+        for k in range(max(known, 0), len(links)):
+            back[k] = _surer(back[k], since[k])
+        return back, since[given - 1]
 
     def _tracked(self, pending: PendingFrame, head_first: bool, sure: float) -> TrackedFrame:
         """Return what is said of a frame, and count it."""
@@ -335,3 +358,8 @@ class FrameQueue:
         self._home = tracked.state.frame_id
         self.statuses[pending.observation.status] += 1
         return tracked
+
+
+def _surer(one: float, other: float) -> float:
+    """Return the probability that tells more."""
+    return max(one, other, key=lambda each: abs(each - 0.5))
