@@ -84,12 +84,14 @@ class Follower:
     ) -> Iterator[Observation]:
         """Return what a midline tells of the pictures before it, the latest first, one by one.
 
+        Or of those after it, the earliest first.
+
         Parameters
         ----------
         opened : Observation
             What the last picture says; it has a midline.
         detections : sequence of PastDetection
-            What was kept of the pictures before it, the latest first.
+            What was kept of these pictures, in that order.
         """
         model, settings = self._track.model, self._settings.propagation
         if model is None:

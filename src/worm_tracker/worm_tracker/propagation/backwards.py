@@ -30,7 +30,7 @@ class PastDetection:
     ----------
     detection : Detection
     frames : int
-        How many frames before the next one that waits it is, 1 for the next.
+        How many frames it is from the one that is gone through before it, 1 for the next.
     """
 
     detection: Detection
@@ -40,6 +40,7 @@ class PastDetection:
 class BackwardPropagation:
     """What a midline tells of the pictures before it: an iterator, a picture a step.
 
+    Those after it, the nearest first, are gone through alike: nothing here hangs on the direction.
     It ends where the body no longer explains the object. A step takes as long as a picture of a
     fold does, so that a caller may spread them.
 
@@ -50,7 +51,7 @@ class BackwardPropagation:
     opened : Observation
         The frame that has a midline, in the order of the body model's widths.
     detections : sequence of PastDetection
-        The object in the pictures before, the latest first.
+        The object in the pictures before (or after), the nearest first.
     contour_body : callable
         Gives the midline of a simple body by its contour, which may be turned round, else None: a
         picture may have been taken for a coil because the body was not known.
