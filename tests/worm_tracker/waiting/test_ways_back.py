@@ -1,0 +1,138 @@
+"""What is told of a fold by the way back through it, and by the way there again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from waiting_frames import LINE, SEEN, WIDTH, coil, midline, queue_of
+
+from worm_msgs_py import Status
+
+
+def test_of_a_fold_the_way_back_tells_which_way_round_its_loop_was_passed():
+    doubted = replace(midline(in_doubt=(30, 90), unresolved=SEEN), status=Status.LOOP_IN_DOUBT)
+    queue = queue_of(doubted, midline())
+    queue.go_back(lambda opened, detections: iter([replace(midline(), status=Status.FOLDED)]))
+    first, _ = queue.finish()
+    assert first.state.status is Status.FOLDED
+    assert np.isfinite(first.midline.u_px).all()
+
+
+@pytest.mark.parametrize("hidden", [(0, 5), (5, 0)])
+def test_a_body_whose_ends_are_both_seen_is_told_rather_than_one_whose_loops_are(hidden):
+    doubted = replace(midline(in_doubt=(30, 90), unresolved=SEEN), status=Status.LOOP_IN_DOUBT)
+    back = replace(midline(), status=Status.END_HIDDEN, occluded=hidden)
+    queue = queue_of(doubted, midline())
+    queue.go_back(lambda opened, detections: iter([back]))
+    assert queue.finish()[0].state.status is Status.LOOP_IN_DOUBT
+
+
+FOLLOWED = replace(midline(seen_end_sd_px=(0.0, 0.1 * WIDTH)), status=Status.END_HIDDEN)
+"""A body that was followed, whose end lies on it."""
+
+
+@pytest.mark.parametrize(
+    ("apart_widths", "doubt", "is_told"),
+    [
+        pytest.param(0.2, {}, True, id="the same body"),
+        pytest.param(0.4, {}, False, id="another one"),
+        pytest.param(0.2, {"over_limits": 1.5}, False, id="something is left over"),
+        pytest.param(0.2, {"in_doubt": (20, 80)}, False, id="both ways may go wrong alike"),
+        pytest.param(0.2, {"seen_end_sd_px": (0.0, 0.6 * WIDTH)}, False, id="no end is seen"),
+    ],
+)
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("doubted_way", ["there", "back"])
+def test_a_body_that_both_ways_through_a_fold_came_to_is_told(
+    apart_widths, doubt, is_told, turned, doubted_way
+):
+    aside = np.array([0.0, apart_widths * WIDTH])
+    there, back = FOLLOWED, replace(FOLLOWED, points=LINE + aside)
+    there, back = (
+        replace(way, **doubt) if name == doubted_way else way
+        for name, way in (("there", there), ("back", back))
+    )
+    back = back.reversed() if turned else back
+    queue = queue_of(coil(followed=there), midline())
+    queue.go_back(lambda opened, detections: iter([coil(followed=back)]))
+    first, _ = queue.finish()
+    assert first.state.status is (Status.FOLDED if is_told else Status.COILED)
+    if is_told:
+        line = np.stack([first.midline.u_px, first.midline.v_px], axis=1)
+        assert line == pytest.approx(LINE + aside / 2)
+
+
+def there_again(entered, coils, told_back):
+    """Return what is told of coils where a way back tells the last, and one there all it is asked.
+
+    And how many of them it was asked.
+    """
+    asked = []
+
+    def propagate(opened, detections):
+        asked.append(len(detections))
+        tells = replace(midline(), status=Status.FOLDED)
+        return iter([tells] * (told_back if len(asked) == 1 else len(detections)))
+
+    queue = queue_of(entered, *coils, midline())
+    queue.go_back(propagate)
+    return [one.state.status for one in queue.finish()][1:-1], asked[1:]
+
+
+def test_a_fold_that_was_not_followed_is_entered_again_from_before_it():
+    told, asked = there_again(midline(kept=SEEN), [coil()] * 5, told_back=2)
+    assert told == [Status.FOLDED] * 5
+    assert asked == [3]
+
+
+@pytest.mark.parametrize(
+    ("apart_widths", "back_over", "again_over", "is_told"),
+    [
+        pytest.param(0.2, 0.0, 0.8, True, id="the same body"),
+        pytest.param(3.0, 0.0, 0.2, False, id="another that leaves more over"),
+        pytest.param(3.0, 0.9, 0.2, True, id="another that leaves less over"),
+        pytest.param(3.0, 0.9, 0.5, False, id="less, but not little"),
+        pytest.param(3.0, 1.5, 0.8, True, id="the first does not explain the picture"),
+    ],
+)
+def test_a_hidden_end_is_told_on_the_way_there_by_a_body_that_is_no_worse(
+    apart_widths, back_over, again_over, is_told
+):
+    bent = LINE + np.outer(np.arange(121) < 12, [0.0, apart_widths * WIDTH])
+    hides = {"status": Status.END_HIDDEN, "occluded": (12, 0)}
+    ways = [
+        [coil(followed=replace(midline(over_limits=back_over), points=bent, **hides))],
+        [replace(midline(over_limits=again_over), status=Status.FOLDED)],
+    ]
+    queue = queue_of(midline(kept=SEEN), coil(), midline())
+    queue.go_back(lambda opened, detections: iter(ways.pop(0)))
+    assert (queue.finish()[1].state.status is Status.FOLDED) is is_told
+    assert not ways
+
+
+@pytest.mark.parametrize(
+    ("entered", "coils"),
+    [
+        pytest.param(coil(), [coil()] * 5, id="no frame before it shows the body"),
+        pytest.param(
+            replace(midline(kept=SEEN), status=Status.END_HIDDEN, occluded=(9, 0)),
+            [coil()] * 5,
+            id="nor all of it",
+        ),
+        pytest.param(
+            midline(kept=SEEN), [coil(followed=midline(over_limits=2.0))] * 5, id="it was followed"
+        ),
+    ],
+)
+def test_a_fold_is_not_entered_again_in_vain(entered, coils):
+    told, asked = there_again(entered, coils, told_back=2)
+    assert told == [Status.COILED] * 3 + [Status.FOLDED] * 2
+    assert asked == []
+
+
+def test_a_body_that_was_lost_is_told_where_the_way_back_comes_to_it():
+    lost = coil(followed=replace(midline(), status=Status.FOLDED))
+    told = [replace(midline(), status=Status.FOLDED)]
+    queue = queue_of(midline(), lost, lost, midline())
+    queue.go_back(lambda opened, detections: iter(told))
+    assert Status.COILED not in {one.state.status for one in queue.finish()}
