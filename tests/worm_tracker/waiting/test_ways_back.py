@@ -1,5 +1,6 @@
 """What is told of a fold by the way back through it, and by the way there again."""
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -136,3 +137,26 @@ def test_a_body_that_was_lost_is_told_where_the_way_back_comes_to_it():
     queue = queue_of(midline(), lost, lost, midline())
     queue.go_back(lambda opened, detections: iter(told))
     assert Status.COILED not in {one.state.status for one in queue.finish()}
+
+
+class Propagate:
+    """Tells two frames on the way back and all on the way there: a callable that can be pickled."""
+
+    def __init__(self):
+        self.asked = 0
+
+    def __call__(self, opened, detections):
+        self.asked += 1
+        tells = replace(midline(), status=Status.FOLDED)
+        return iter([tells] * (2 if self.asked == 1 else len(detections)))
+
+
+@pytest.mark.parametrize("steps", range(7))
+def test_a_way_back_goes_on_from_where_it_was_pickled(steps):
+    queue = queue_of(midline(kept=SEEN), *[coil()] * 5, midline())
+    for _ in range(steps):
+        queue.go_back(Propagate(), 1)
+    queue = pickle.loads(pickle.dumps(queue))
+    queue.go_back(Propagate())
+    told = [one.state.status for one in queue.finish()]
+    assert told == [Status.TRACKED, *[Status.FOLDED] * 5, Status.TRACKED]

@@ -3,6 +3,7 @@
 And there again, where the body that was followed into a fold turned out not to be the worm's.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -55,6 +56,8 @@ class Coils:
 class WayBack:
     """A way back through the coils that waited when a frame showed the body.
 
+    It can be pickled at any step, so that a replay that is stopped goes on from there.
+
     Parameters
     ----------
     opened : int
@@ -63,11 +66,6 @@ class WayBack:
     runs : sequence of Coils
         Those to go through.
     agreement : AgreementSettings
-
-    Attributes
-    ----------
-    left : int
-        Most frames that are left to go through.
     """
 
     def __init__(
@@ -78,45 +76,74 @@ class WayBack:
         agreement: AgreementSettings,
     ) -> None:
         self.opened, self.propagate_back = opened, propagate_back
-        self._agreement = agreement
-        self.left = sum(map(_most_steps, runs))
-        told = [propagate_back(run.opened.observation, run.detections) for run in runs]
-        self._steps = self._go(list(zip(runs, told, strict=True)))
+        self._passages = deque(_Passage(run, propagate_back, agreement) for run in runs)
+
+    @property
+    def left(self) -> int:
+        """Most frames that are left to go through."""
+        return sum(passage.left for passage in self._passages)
 
     def step(self) -> bool:
         """Go on by one frame; False where the way is over."""
-        return next(self._steps, False)
+        while self._passages:
+            if self._passages[0].step():
+                return True
+            self._passages.popleft()
+        return False
 
-    def _go(self, runs: Sequence[tuple[Coils, Iterator[Observation]]]) -> Iterator[bool]:
-        for run, told in runs:
-            left = self.left - _most_steps(run)
-            for _ in self._through(run, told):
+
+class _Passage:
+    """The way back through one run of coils; and there again where that was not followed."""
+
+    def __init__(
+        self, run: Coils, propagate_back: PropagateBack, agreement: AgreementSettings
+    ) -> None:
+        self._run, self._propagate_back, self._agreement = run, propagate_back, agreement
+        self._keeps = run.opened.observation.kept is not None
+        self._there = {pending.frame: pending.observation for pending in run.frames}
+        self._back = dict[int, Observation]()
+        self._frames = deque(reversed(run.frames))
+        self._told = propagate_back(run.opened.observation, run.detections)
+        self._again: deque[tuple[PendingFrame, list[PendingFrame]]] | None = None
+        self.left = _most_steps(run)
+
+    def step(self) -> bool:
+        """Go on by one frame; False where all that can be told of the run is told."""
+        while True:
+            observation = next(self._told, None) if self._frames else None
+            if observation is not None:
+                self._take(self._frames.popleft(), observation)
                 self.left -= 1
-                yield True
-            self.left = left
+                return True
+            if not self._enter_again():
+                self._tell_known()
+                return False
 
-    def _through(self, run: Coils, told: Iterator[Observation]) -> Iterator[None]:
-        """Go back through a run of coils; and there again where that was not followed."""
-        there = {pending.frame: pending.observation for pending in run.frames}
-        back = dict[int, Observation]()
-        keeps = run.opened.observation.kept is not None
-        for pending, observation in zip(reversed(run.frames), told, strict=False):
-            back[pending.frame] = observation
-            self._tell(pending, observation, keeps)
-            yield
-        for entered, frames in _entered(run, there):
-            kept = [
-                PastDetection(seen, pending.elapsed.steps)
-                for pending in frames
-                if (seen := there[pending.frame].unresolved) is not None
-            ]
-            again = self.propagate_back(entered.observation, kept)
-            for pending, observation in zip(frames, again, strict=False):
-                there[pending.frame] = observation
-                if self._may_lie_so(pending.observation, observation):
-                    self._tell(pending, observation, keeps)
-                yield
-        self._tell_known(run, there, back)
+    def _enter_again(self) -> bool:
+        """Begin to go there again, once the way back is over; False where nothing is left."""
+        if self._again is None:
+            self._again = deque(_entered(self._run, self._there))
+        if not self._again:
+            return False
+        entered, frames = self._again.popleft()
+        kept = [
+            PastDetection(seen, pending.elapsed.steps)
+            for pending in frames
+            if (seen := self._there[pending.frame].unresolved) is not None
+        ]
+        self._frames = deque(frames)
+        self._told = self._propagate_back(entered.observation, kept)
+        return True
+
+    def _take(self, pending: PendingFrame, observation: Observation) -> None:
+        """Take what the present way says of a frame."""
+        if self._again is None:
+            self._back[pending.frame] = observation
+            self._tell(pending, observation)
+            return
+        self._there[pending.frame] = observation
+        if self._may_lie_so(pending.observation, observation):
+            self._tell(pending, observation)
 
     def _may_lie_so(self, told: Observation, again: Observation) -> bool:
         """Tell whether what is seen once more of a frame tells of it: another body may be wrong."""
@@ -125,38 +152,31 @@ class WayBack:
             return True
         return supersedes(now, before, self._agreement)
 
-    def _tell(self, pending: PendingFrame, observation: Observation, keeps: bool) -> None:
-        """Tell a frame by what a way says of it; nothing where nothing tells which way was lost.
-
-        It may be taken back while the body that opened the run may be (`keeps`).
-        """
+    def _tell(self, pending: PendingFrame, observation: Observation) -> None:
+        """Tell a frame by what a way says of it; nothing where nothing tells which way was lost."""
         followed = pending.observation.may_lie_as
         is_told = observation.status.has_pose and observation.loops_known
         if not is_told and followed is not None and followed.contradicts(observation):
             return
-        told = told_of_fold(pending.observation, observation, self._agreement)
-        _change(pending, told, keeps)
+        self._change(pending, told_of_fold(pending.observation, observation, self._agreement))
 
-    def _tell_known(
-        self, run: Coils, there: Mapping[int, Observation], back: Mapping[int, Observation]
-    ) -> None:
+    def _tell_known(self) -> None:
         """Tell what was only followed, where that is known by the other way."""
-        numbers = [pending.frame for pending in run.frames]
-        keeps = run.opened.observation.kept is not None
-        known = known_stretches(numbers, there, back, self._agreement)
-        for pending in run.frames:
-            for frames, said in zip(known, (there, back), strict=True):
+        numbers = [pending.frame for pending in self._run.frames]
+        known = known_stretches(numbers, self._there, self._back, self._agreement)
+        for pending in self._run.frames:
+            for frames, said in zip(known, (self._there, self._back), strict=True):
                 body = said[pending.frame].followed if pending.frame in frames else None
                 if body is None or not body.explains or body.is_mostly_hidden:
                     continue
                 if tells_more(body, pending.observation):
-                    _change(pending, body, keeps)
+                    self._change(pending, body)
 
-
-def _change(pending: PendingFrame, told: Observation, keeps: bool) -> None:
-    if keeps and told.seen is None:
-        told = replace(told, kept=pending.observation.seen)
-    pending.observation = told
+    def _change(self, pending: PendingFrame, told: Observation) -> None:
+        """Tell a frame; that may be taken back while the body that opened the run may be."""
+        if self._keeps and told.seen is None:
+            told = replace(told, kept=pending.observation.seen)
+        pending.observation = told
 
 
 def _is_followed(observation: Observation) -> bool:
