@@ -64,3 +64,40 @@ def test_a_tail_near_the_threshold_is_part_of_a_worm_at_every_length_of_its_stro
     given += tracker.finish()
     told = np.array([tracked.state.length_px for tracked in given])
     assert told == pytest.approx(np.array(lengths), rel=0.02)
+
+
+def turning_back(frames):
+    """Return a worm that turns back along the way that it came, over all of its own body."""
+    turns_at_mm, radius_mm, apart_mm = 30.0, 6.5, 0.9
+    way = np.linspace(0.0, turns_at_mm, 600)
+    out = radius_mm * np.exp(1j * way / radius_mm)
+    about = np.exp(1j * way[-1] / radius_mm)
+    bend = apart_mm / 2 * np.exp(1j * np.linspace(0.0, np.pi, 60))
+    nearing = np.cos(np.pi / 2 * np.clip(way / 5.0, 0.0, 1.0)) ** 2
+    back = (radius_mm - apart_mm * nearing) * np.exp(-1j * way / radius_mm)
+    curve = np.concatenate([out, (radius_mm - apart_mm / 2 + bend[1:]) * about, back[1:] * about])
+    s = np.r_[0.0, np.cumsum(np.abs(np.diff(curve)))]
+    at = 21.0 + 0.25 * np.arange(frames)[:, None] - np.linspace(0.0, 20.0, 121)
+    lines = np.stack([np.interp(at, s, curve.real), np.interp(at, s, curve.imag)], axis=2)
+    return FoldedWorm(lines, np.ones(121), 25.0)
+
+
+def test_a_pale_tail_under_the_body_is_told_by_its_marks():
+    """A reversal: from frame 75 to 103 the tail lies under the head's part of the worm."""
+    look, skin = LOOKS["skin_w4"], read_skins()["w4"]
+    tracker, given, bodies = Tracker(TrackerParameters()), [], []
+    for frame, body in film_worm(rig_for(look, seed=5), turning_back(125), look, skin):
+        bodies.append(body)
+        given += tracker.push(frame.picture, frame.stamp_ns)
+    given += tracker.finish()
+    off = []
+    for tracked, body in zip(given, bodies, strict=True):
+        if not tracked.state.status.has_pose:
+            off.append(np.nan)
+            continue
+        assert tracked.state.head_certainty > 0.9
+        ends = np.array([[end.u_px, end.v_px] for end in (tracked.state.head, tracked.state.tail)])
+        away = np.hypot(*(ends - body.points_px[[0, -1]]).T)
+        off.append(away.max() / body.mean_width_px)
+    assert np.nanmax(off) < 1.0
+    assert np.isfinite(off[75:104]).sum() > 18

@@ -49,6 +49,8 @@ class PropagatedBody:
         meanwhile.
     order_known : bool
         Whether its widths tell that its ends are in the order of the body model.
+    whole_ends : tuple of bool
+        Of each end whether its marks tell that the picture lacks nothing of it.
     was_slid : bool
         Whether it was slid along itself from the picture before, so that its ends are those there.
     """
@@ -63,6 +65,7 @@ class PropagatedBody:
     loop_in_doubt: tuple[float, float] | None = None
     frames_unexplained: int = 0
     order_known: bool = False
+    whole_ends: tuple[bool, bool] = (False, False)
     was_slid: bool = False
 
     @property

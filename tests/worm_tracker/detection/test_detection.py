@@ -1,5 +1,7 @@
 """Which pixels of a picture are the object's."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -44,3 +46,16 @@ def test_what_touches_the_loop_is_of_the_object_on_either_side_of_it(inwards_px)
     at = MIDDLE[0] + RADIUS - inwards_px, MIDDLE[1]
     cv2.circle(signal, at, 7, LEVEL, -1)
     np.testing.assert_array_equal(detected(signal).object_pixels() > 0, signal > 0)
+
+
+def test_what_was_raised_to_find_a_pale_end_is_object_and_no_signal():
+    signal = np.zeros((80, 160), np.uint8)
+    signal[35:45, 20:90], signal[35:45, 90:130] = LEVEL, LEVEL // 3
+    raised = np.where(signal == LEVEL // 3, LEVEL, signal).astype(np.uint8)
+    view = replace(detected(signal).view, raised=raised)
+    whole = Detection(view, view.blobs()[0])
+    left = np.zeros_like(signal)
+    left[:, :120] = 255
+    for seen, length in ((whole, 110), (whole.restricted_to(left), 100), (whole.cropped(5), 110)):
+        assert cv2.countNonZero(seen.object_pixels()) == 10 * length
+        assert np.count_nonzero(seen.view.smooth == LEVEL // 3) == 10 * (length - 70)

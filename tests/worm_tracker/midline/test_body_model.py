@@ -132,3 +132,22 @@ def test_ends_change_places_where_each_lies_where_the_other_was(moved):
 def test_ends_that_hardly_move_have_not_changed_places_however_near_they_lie():
     close = HAIRPIN * np.array([1.0, 0.1])
     assert not ends_changed_places(close[::-1], close, least_px=15.0)
+
+
+def test_overlaps_that_a_body_was_followed_into_are_known_from_the_third_on():
+    model = learned([marked(0)], doubled=False)
+    known = []
+    for darkening in (0.6, 0.4, 0.5, 0.5):
+        model = model.with_overlap(darkening)
+        known.append(model.darkening)
+    assert known == pytest.approx([0.0, 0.0, 0.5, 0.5])
+    assert model.updated(marked(1), 1500.0, 1.0, False).with_overlap(0.5).darkening == (
+        pytest.approx(0.5)
+    )
+
+
+def test_of_many_overlaps_none_is_taken_to_be_less_than_no_darker():
+    model = learned([marked(0)], doubled=False)
+    for _ in range(5):
+        model = model.with_overlap(-0.2)
+    assert model.darkening == 0.0

@@ -66,3 +66,54 @@ def test_beside_a_loop_in_doubt_and_something_left_over_an_end_must_be_surer(
     most, mostly = (most_end_sd_px(b, search.model, search.settings) for b in (body, usual))
     assert (most < mostly) is is_stricter
     assert most <= mostly
+
+
+def pale_tailed(path, marked):
+    """Return a search for a worm with a pale tail, which has marks or is even, and its model."""
+    search = search_after(path, WIDTH, 1, loops_known=True)
+    node = np.arange(65)
+    levels = np.where(node > 48, 45.0, 100.0)
+    levels = np.where(marked & (node > 60), 110.0, levels)
+    return search, replace(search.model, darkening=0.5, levels=levels, length_scatter=0.03)
+
+
+@pytest.mark.parametrize(
+    ("marked", "seen_widths", "over_limits", "is_told"),
+    [
+        pytest.param(True, 0.15, 0.2, True, id="its marks tell"),
+        pytest.param(False, 0.15, 0.2, False, id="it has none"),
+        pytest.param(True, 0.3, 0.2, False, id="not surely"),
+        pytest.param(True, 0.15, 0.7, False, id="and something is left over"),
+    ],
+)
+def test_a_pale_end_on_the_body_is_told_by_its_marks_alone(
+    marked, seen_widths, over_limits, is_told
+):
+    path = hairpin(0.9 * WIDTH, beyond_px=-6 * WIDTH)
+    search, model = pale_tailed(path, marked)
+    seen = 1.0, seen_widths * WIDTH
+    body = PropagatedBody(path, 0.95, 0.95, end_sd_px=seen, over_limits=over_limits)
+    _, last = end_sd_px_of(body, model, search.settings)
+    assert last == pytest.approx(seen[1] if is_told else 0.03 * path.length)
+
+
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_pale_end_of_a_short_body_is_told_where_its_marks_show_that_it_is_whole(whole):
+    path = hairpin(0.9 * WIDTH, beyond_px=6 * WIDTH)
+    search, model = pale_tailed(path, marked=True)
+    model = replace(model, length=1.2 * path.length)
+    body = PropagatedBody(path, 0.95, 0.95, whole_ends=(False, whole))
+    _, last = end_sd_px_of(body, model, search.settings)
+    assert last == pytest.approx(0.0 if whole else 0.2 * path.length)
+
+
+@pytest.mark.parametrize(("over_limits", "is_stricter"), [(0.8, True), (0.6, False)])
+def test_beside_much_that_a_marked_body_leaves_over_an_end_must_be_surer(over_limits, is_stricter):
+    path = hairpin(1.6 * WIDTH)
+    search, model = pale_tailed(path, marked=True)
+    body = PropagatedBody(path, 0.95, 0.95, over_limits=over_limits)
+    most, mostly = (
+        most_end_sd_px(each, model, search.settings)
+        for each in (body, replace(body, over_limits=0.0))
+    )
+    assert (most < mostly) is is_stricter

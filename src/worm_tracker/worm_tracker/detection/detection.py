@@ -99,6 +99,9 @@ class SignalView:
         The picture's brightness over the background's.
     settings : BlobSettings
         What counts as an object.
+    raised : ndarray of uint8 or None
+        `smooth`, made stronger where an end is paler than the threshold: objects are found in it.
+        None where there is no such end.
     """
 
     window: Window
@@ -107,10 +110,15 @@ class SignalView:
     threshold: float
     gain: float
     settings: BlobSettings
+    raised: Picture | None = None
+
+    @property
+    def _thresholded(self) -> Picture:
+        return self.smooth if self.raised is None else self.raised
 
     def blobs(self) -> list[Blob]:
         """Return the objects, in the picture's coordinates, the largest first."""
-        return find_blobs(self.smooth, self.threshold, self.window, self.settings)
+        return find_blobs(self._thresholded, self.threshold, self.window, self.settings)
 
     @property
     def origin(self) -> tuple[int, int]:
@@ -127,7 +135,7 @@ class SignalView:
 
     def above_threshold(self) -> Picture:
         """Return what stands out in the window; 0 or 255."""
-        _, above = cv2.threshold(self.smooth, self.threshold, 255, cv2.THRESH_BINARY)
+        _, above = cv2.threshold(self._thresholded, self.threshold, 255, cv2.THRESH_BINARY)
         return np.asarray(above, np.uint8)
 
 
@@ -207,8 +215,10 @@ class Detection:
         """Return the largest object within a mask of the window; what is outside is no signal."""
         wide = cv2.dilate(mask, np.ones((2 * _RIM_PX + 1, 2 * _RIM_PX + 1), np.uint8))
         signal = np.asarray(cv2.bitwise_and(self.view.signal, wide), np.uint8)
-        smooth = np.asarray(cv2.bitwise_and(self.view.smooth, mask), np.uint8)
-        view = replace(self.view, signal=signal, smooth=smooth)
+        smooth, raised = np.asarray(cv2.bitwise_and(self.view.smooth, mask), np.uint8), None
+        if self.view.raised is not None:
+            raised = np.asarray(cv2.bitwise_and(self.view.raised, mask), np.uint8)
+        view = replace(self.view, signal=signal, smooth=smooth, raised=raised)
         blobs = view.blobs()
         return replace(self, view=view, blob=blobs[0]) if blobs else None
 
@@ -221,7 +231,9 @@ class Detection:
         columns = slice(max(window[1].start, u0), window[1].stop)
         part = np.s_[rows.start - v0 : rows.stop - v0, columns.start - u0 : columns.stop - u0]
         signal, smooth = self.view.signal[part].copy(), self.view.smooth[part].copy()
-        view = replace(self.view, window=(rows, columns), signal=signal, smooth=smooth)
+        raised = None if self.view.raised is None else self.view.raised[part].copy()
+        window = rows, columns
+        view = replace(self.view, window=window, signal=signal, smooth=smooth, raised=raised)
         return replace(self, view=view, occluder=None)
 
 

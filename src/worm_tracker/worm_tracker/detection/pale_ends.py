@@ -56,7 +56,8 @@ def with_pale_ends(
 ) -> Detection:
     """Return a detection with what continues its ends below the threshold.
 
-    There the smoothed signal is made so much stronger that the usual threshold is right.
+    There the smoothed signal is raised so much that the usual threshold is right: only to find the
+    object by, since how dark an end is tells where it lies on the body.
 
     Parameters
     ----------
@@ -86,8 +87,8 @@ def with_pale_ends(
     reach = 2 * round(settings.rim_widths * width + 1) + 1
     where = cv2.dilate(np.bitwise_or.reduce(ends), np.ones((reach, reach), np.uint8))
     stronger = cv2.convertScaleAbs(view.smooth, alpha=view.threshold / faint)
-    smooth = np.asarray(np.where(where > 0, stronger, view.smooth), np.uint8)
-    whole = replace(view, smooth=smooth)
+    raised = np.asarray(np.where(where > 0, stronger, view.smooth), np.uint8)
+    whole = replace(view, raised=raised)
     grown = [each for each in whole.blobs() if each.area > blob.area]
     if not grown:
         return detection

@@ -32,7 +32,8 @@ from worm_tracker.midline.refine import RefinedMidline, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import BackwardPropagation, PastDetection
-from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
+from worm_tracker.propagation.overlaps import as_dark_as, as_dark_as_followed, darkening_of
+from worm_tracker.propagation.propagation import coiled, observation_of, propagate
 from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
 
 
@@ -299,11 +300,7 @@ class Follower:
         last = bodies.last
         if model is None or last is None:
             return coiled(detection), None
-        least = settings.residual.least_dark_widths2
-        darkening = darkening_of(detection, model, least, settings.residual)
-        if darkening is not None:
-            model = model.with_darkening(darkening)
-            track.learn(model)
+        model = as_dark_as(detection, model, settings.propagation)
         start = bodies.to_propagate(
             last, model.width, settings.propagation.first_expected_agreement
         )
@@ -312,6 +309,7 @@ class Follower:
         )
         if found.agreement < settings.least_agreement:
             return coiled(detection), None
+        track.learn(as_dark_as_followed(detection, model, found, settings.propagation))
         leaps = model.leaps(found.points, last, frames)
         confidence = (settings.leap_confidence if leaps else 1.0) * found.agreement
         observation = observation_of(found, model, confidence, settings.propagation)

@@ -46,6 +46,7 @@ def find_ends(
     length: tuple[float, float],
     frames: int,
     settings: BodyEndsSettings,
+    end_log_odds: tuple[Floats, Floats] | None = None,
 ) -> tuple[BodyEnd, BodyEnd]:
     """Find both ends of a body on its path.
 
@@ -64,6 +65,8 @@ def find_ends(
     frames : int
         Since the ends were there.
     settings : BodyEndsSettings
+    end_log_odds : tuple of ndarray, shape (n,), or None
+        What else speaks for either end being at each node.
     """
     n = len(log_odds)
     most = settings.most_log_odds_per_width * step / width
@@ -81,6 +84,9 @@ def find_ends(
     at_first, at_stop = np.asarray(first * step), np.asarray(stop * step)
     for_first = inwards[first] - ((at_first - expected[0]) / sd[0]) ** 2 / 2
     for_stop = outwards[stop - middle] - ((at_stop - expected[1]) / sd[1]) ** 2 / 2
+    if end_log_odds is not None:
+        for_first = for_first + end_log_odds[0][first]
+        for_stop = for_stop + end_log_odds[1][stop]
     return _together(at_first, for_first, at_stop, for_stop, length)
 
 

@@ -20,6 +20,9 @@ class BodyModelSettings:
     """Weight of a frame in the running means after the first ones: a memory of 50 frames."""
     weight_of_new_darkening: float = 0.2
     """Weight of a frame in the running mean of how dark overlaps are."""
+    least_weight_of_new_overlap: float = 0.1
+    overlap_frames: int = 3
+    """The same for overlaps of a body that was followed, and frames from which on that is known."""
     learned_frames: int = 30
     """Midlines from which on widths and length are known well enough to go back through a fold."""
     order_frames: int = 3
@@ -84,6 +87,8 @@ class BodyModel:
         That of the first one, pixels.
     darkening : float
         How much darker two parts are that lie on each other than one, relatively.
+    overlaps : tuple of int and float
+        Bodies that were followed into an overlap, and how dark it was in the mean.
     length_scatter : float
         Mean deviation of the log of its length: a worm that strokes has more.
     profile_scatter : float
@@ -112,6 +117,7 @@ class BodyModel:
     settings: BodyModelSettings
     first_length: float
     darkening: float = 0.0
+    overlaps: tuple[int, float] = (0, 0.0)
     length_scatter: float = 0.02
     profile_scatter: float = 0.0
     looking_doubled: float = 0.0
@@ -157,6 +163,7 @@ class BodyModel:
             gain=self.gain + rate * (gain - self.gain),
             settings=self.settings,
             darkening=self.darkening,
+            overlaps=self.overlaps,
             length_scatter=self.length_scatter + rate * (off - self.length_scatter),
             profile_scatter=self.profile_scatter
             + rate * (self.profile_difference(midline) - self.profile_scatter),
@@ -255,6 +262,14 @@ class BodyModel:
         """Return the model with one measurement more of how dark its overlaps are."""
         rate = self.settings.weight_of_new_darkening if self.darkening > 0 else 1.0
         return replace(self, darkening=self.darkening + rate * (darkening - self.darkening))
+
+    def with_overlap(self, darkening: float) -> "BodyModel":
+        """Return the model with one body more that was followed into an overlap so dark."""
+        frames, mean = self.overlaps
+        frames, rate = frames + 1, max(1 / (frames + 1), self.settings.least_weight_of_new_overlap)
+        mean += rate * (darkening - mean)
+        known = max(mean, 0.0) if frames >= self.settings.overlap_frames else self.darkening
+        return replace(self, overlaps=(frames, mean), darkening=known)
 
     @property
     def pale_ends(self) -> tuple[bool, bool]:

@@ -9,7 +9,6 @@ for along the path; one that cannot be seen follows from the other and from the 
 """
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import cv2
 import numpy as np
@@ -17,7 +16,6 @@ from scipy.linalg import solveh_banded
 
 from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
 from worm_tracker.midline.body_ends import BodyEnd, BodyEndsSettings, find_ends
-from worm_tracker.midline.body_shade import marks_of
 from worm_tracker.midline.cross_sections import (
     Covers,
     CrossSections,
@@ -30,10 +28,12 @@ from worm_tracker.midline.curve import (
     as_points,
     complex_arc_length,
     cubic_through,
-    median_of,
     reflected_ends,
     tangents,
 )
+from worm_tracker.midline.end_marks import EndMarksSettings
+from worm_tracker.midline.expected_body import ExpectedBody
+from worm_tracker.midline.node_odds import ExpectedAtNodes, end_log_odds, node_log_odds
 from worm_tracker.midline.path import (
     BodyPath,
     ContinuationSettings,
@@ -79,45 +79,10 @@ class PathFollowingSettings:
     """How far from an edge the picture is neither body nor water."""
     cover: SelfCoverSettings = field(default_factory=SelfCoverSettings)
     ends: BodyEndsSettings = field(default_factory=BodyEndsSettings)
+    marks: EndMarksSettings = field(default_factory=EndMarksSettings)
     continuation: ContinuationSettings = field(default_factory=ContinuationSettings)
     bends: SharpBendSettings = field(default_factory=SharpBendSettings)
     sections: CrossSectionSettings = field(default_factory=CrossSectionSettings)
-
-
-@dataclass(frozen=True, eq=False)
-class ExpectedBody:
-    """What a body that slides along its path is expected to be.
-
-    Attributes
-    ----------
-    widths, levels : ndarray, shape (TRACKED_POINTS,)
-        Width, and signal on the midline in grey levels, along the body in the path's order.
-    length, length_sd : float
-        Pixels.
-    darkening : float
-        How much darker two parts are that lie on each other than one, relatively.
-    """
-
-    widths: Floats
-    levels: Floats
-    length: float
-    length_sd: float
-    darkening: float
-
-    @cached_property
-    def width(self) -> float:
-        """The width of most of the body."""
-        return median_of(self.widths)
-
-    @cached_property
-    def level(self) -> float:
-        """The signal of most of the body, grey levels."""
-        return median_of(self.levels)
-
-    @cached_property
-    def level_sd(self) -> float:
-        """How far the signal of its parts differs from that: a skin has marks."""
-        return self.level * marks_of(self.levels)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -339,9 +304,12 @@ def _cut_at_ends(
     was = BodyEnd(extended.beyond * step, end_sd[0])
     last = was, BodyEnd(total - was.at, end_sd[1])
     expected = last[0].at - extended.ways[0], last[1].at - extended.ways[1]
-    odds = _log_odds(seen, along, settings)
+    at_nodes = ExpectedAtNodes(along.level, along.covers, expected, step)
+    odds = node_log_odds(seen.spine, at_nodes, settings.ends.level_sd_relative)
+    most = settings.ends.most_log_odds_per_width * step / body.width
+    of_ends = end_log_odds(seen.spine, curve, at_nodes, odds, body, most, settings.marks)
     length = body.length, body.length_sd
-    ends = find_ends(odds, step, body.width, expected, last, length, frames, settings.ends)
+    ends = find_ends(odds, step, body.width, expected, last, length, frames, settings.ends, of_ends)
     start = _sharpened(view, curve, along, ends[0].at, total)
     stop = total - _sharpened(view, curve[::-1], along, total - ends[1].at, total, turned=True)
     if stop - start < settings.least_length_over_expected * body.length:
@@ -349,18 +317,6 @@ def _cut_at_ends(
     cut = evenly(curve, nodes_for(stop - start, body.width), max(start, 0.0), min(stop, total))
     ways = (last[0].at - start) / frames, (last[1].at - stop) / frames
     return SlidBody(BodyPath(cut, ways), ends)
-
-
-def _log_odds(seen: CrossSections, along: _Along, settings: PathFollowingSettings) -> Floats:
-    """Return the log odds of the body being at each node, by the darkness there."""
-    covers = along.covers
-    without = np.where(covers.middle, covers.level, 0.0)
-    with_it = np.where(covers.middle, covers.level + covers.darkening * along.level, along.level)
-    sd = settings.ends.level_sd_relative * along.level
-    sd = np.where(covers.middle, np.hypot(sd, covers.level_sd), sd)
-    odds = (seen.spine - (with_it + without) / 2) * (with_it - without) / np.maximum(sd, 1.0) ** 2
-    border = covers.either & ~covers.middle
-    return np.where(border & (odds > 0), 0.0, odds)
 
 
 def _sharpened(

@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 from worm_msgs_py.arrays import Floats
 from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel
-from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.path import path_of
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.strand_exchange import doubtful_loops, part_of
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
-from worm_tracker.propagation.propagation import coiled, darkening_of, observation_of, propagate
+from worm_tracker.propagation.overlaps import as_dark_as, as_dark_as_followed
+from worm_tracker.propagation.propagation import coiled, observation_of, propagate
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -92,7 +92,7 @@ class BackwardPropagation:
             raise StopIteration
         past, settings = self._left.pop(), self._settings
         detection = past.detection
-        self._model = model = _as_dark_as(detection, self._model, settings.residual)
+        self._model = model = as_dark_as(detection, self._model, settings)
         found = self._find(detection, past.frames)
         lost = found is None or found.over_limits > settings.lost_over_limits
         if found is None or lost:
@@ -100,6 +100,7 @@ class BackwardPropagation:
             raise StopIteration
         if not found.was_slid:
             self._path_number = next(self._path_numbers)
+        self._model = as_dark_as_followed(detection, model, found, settings)
         observation = observation_of(found, model, found.agreement, settings)
         observation = observation.on_path(self._path_number)
         sure = found.agreement >= settings.least_agreement_backwards and found.is_explained
@@ -120,14 +121,6 @@ class BackwardPropagation:
             self._fits += 1
             found = propagate(detection, model, last, self._before, frames, None, settings)
         return found
-
-
-def _as_dark_as(
-    detection: Detection, model: BodyModel, settings: BodyResidualSettings
-) -> BodyModel:
-    """Return a worm whose overlaps are as dark as an object's, where that has some."""
-    darkening = darkening_of(detection, model, settings.least_dark_widths2, settings)
-    return model if darkening is None else model.with_darkening(darkening)
 
 
 def _open_again(scene: CandidateSearch, found: RefinedMidline | None) -> PropagatedBody | None:

@@ -23,12 +23,13 @@ from worm_tracker.midline.body_residual import (
     ends_and_bends,
     unexplained,
 )
-from worm_tracker.midline.body_shade import ShadedObject, marks_of
+from worm_tracker.midline.body_shade import ShadedObject
 from worm_tracker.midline.curve import as_points, length_of
 from worm_tracker.midline.deformable_fit import fit_body
+from worm_tracker.midline.expected_body import ExpectedBody
 from worm_tracker.midline.order_by_widths import order_score
 from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
-from worm_tracker.midline.path_following import ExpectedBody, slide_along_path
+from worm_tracker.midline.path_following import slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.regrown_ends import regrown
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
@@ -38,8 +39,9 @@ from worm_tracker.midline.strand_exchange import (
 )
 from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.candidate import Candidate
-from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
+from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px, whole_ends
 from worm_tracker.propagation.loops_in_doubt import loop_in_doubt
+from worm_tracker.propagation.overlaps import is_marked, marked_ends
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -74,7 +76,7 @@ class CandidateSearch:
         if model.darkening > settings.residual.least_darkening:
             level = model.level * detection.gain / model.gain
             dark = dark_places(detection.view.smooth, level, model.darkening, settings.residual)
-        shade = model.shade_at(detection.gain) if _is_marked(model, settings) else None
+        shade = model.shade_at(detection.gain) if is_marked(model, settings) else None
         smooth = detection.view.smooth
         shaded = None if shade is None else ShadedObject(smooth, shade, model.darkening)
         seen = ObjectMasks(mask, dark, model.width, settings.residual, shaded)
@@ -103,7 +105,7 @@ class CandidateSearch:
         path = found.path.shifted(self.origin)
         first, last = found.end_sd_px
         lacks_first, lacks_last = self.ends_lack(found)
-        width = self.model.width
+        model, width = self.model, self.model.width
         return PropagatedBody(
             path,
             found.agreement,
@@ -115,6 +117,7 @@ class CandidateSearch:
             self.loop_in_doubt(found),
             self.frames_unexplained(found),
             order_known=self.order_known(found),
+            whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
         )
 
     def order_known(self, found: Candidate) -> bool:
@@ -193,7 +196,8 @@ class CandidateSearch:
         )
         weight = sd**2 / (sd**2 + scatter**2)
         length, sd = length + weight * (model.length - length), sd * sqrt(1 - weight)
-        expected = ExpectedBody(model.widths, self.levels, length, sd, model.darkening)
+        told = marked_ends(model, settings)
+        expected = ExpectedBody(model.widths, self.levels, length, sd, model.darkening, told)
         slid = slide_along_path(
             self.signal, path, self.body.end_sd_px, expected, self.frames, settings.path_following
         )
@@ -381,8 +385,3 @@ class CandidateSearch:
         far = self.model.settings.most_end_step_px(self.model.width, self.model.length)
         moved = np.hypot(*(points[[0, -1]] - last[[0, -1]]).T)
         return bool((moved[seen] > far * self.frames).any())
-
-
-def _is_marked(model: BodyModel, settings: PropagationSettings) -> bool:
-    """Tell whether a body's skin has marks, which are no overlaps however dark they are."""
-    return marks_of(model.levels) > settings.least_marks

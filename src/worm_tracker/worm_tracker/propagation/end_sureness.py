@@ -4,8 +4,12 @@ from math import log
 
 import numpy as np
 
+from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.midline.body_model import BodyModel, mean_width
+from worm_tracker.midline.end_marks import log_odds_of_whole_end
+from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
+from worm_tracker.propagation.overlaps import is_marked, marked_ends, overlaps_tell
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -16,10 +20,11 @@ def end_sd_px_of(
     """Return how surely the ends are where they are said to be.
 
     The picture does not tell an end that lies on the body where overlaps are no darker, nor one so
-    pale that it adds little: edges of what it lies on are taken for its own. It is no surer than
-    the length agrees with the known one, and than the worm keeps its length. Nor are two that
-    coincide, either of which may be the other, nor is a pale one of a folded body shorter than a
-    stroke makes it: the object may have been seen without it.
+    pale that it adds little, unless its marks do: edges of what it lies on are taken for its own.
+    It is no surer than the length agrees with the known one, and than the worm keeps its length.
+    Nor are two that coincide, either of which may be the other, nor is a pale one of a folded body
+    shorter than a stroke makes it: the object may have been seen without it, unless its marks tell
+    that it is whole.
     """
     folded = lies_near_itself(body.path.curve, mean_width(model.widths), body.path.step)
     near_px = settings.near_end_widths * model.width
@@ -31,9 +36,68 @@ def end_sd_px_of(
     coincide = folded and apart_px < settings.coinciding_ends_widths * model.width
     if coincide and max(body.end_sd_px) > settings.most_end_sd_of_coinciding_widths * model.width:
         return model.width, model.width
+    by_marks = _told_by_marks(body, model, settings)
     first, last = (
-        max(sd, off * ((on and (is_pale or not dark)) or (short and is_pale)))
-        for sd, on, is_pale in zip(body.end_sd_px, on_body, model.pale_ends, strict=True)
+        sd if on and marks else max(sd, off * ((on and (pale or not dark)) or (pale and short)))
+        for sd, on, pale, short, marks in zip(
+            body.end_sd_px,
+            on_body,
+            model.pale_ends,
+            [short and not whole for whole in body.whole_ends],
+            by_marks,
+            strict=True,
+        )
+    )
+    return first, last
+
+
+def _told_by_marks(
+    body: PropagatedBody, model: BodyModel, settings: PropagationSettings
+) -> tuple[bool, bool]:
+    """Tell of each pale end whether its marks tell where it lies on the body."""
+    little = body.over_limits <= settings.most_over_limits_by_marks
+    if not (overlaps_tell(model, settings) and little):
+        return False, False
+    most_px = settings.most_end_sd_by_marks_widths * model.width
+    first, last = (
+        marks and sd < most_px
+        for marks, sd in zip(marked_ends(model, settings), body.end_sd_px, strict=True)
+    )
+    return first, last
+
+
+def whole_ends(
+    signal: Picture,
+    path: BodyPath,
+    model: BodyModel,
+    levels: Floats,
+    settings: PropagationSettings,
+) -> tuple[bool, bool]:
+    """Tell of each end of a body whether its marks tell that the picture lacks nothing of it.
+
+    Parameters
+    ----------
+    signal : ndarray of uint8, shape (h, w)
+        Background minus picture in a window.
+    path : BodyPath
+        The body in the window's coordinates.
+    model : BodyModel
+    levels : ndarray, shape (TRACKED_POINTS,)
+        Its signal in a picture of this brightness.
+    settings : PropagationSettings
+    """
+    first, last = (
+        tells
+        and log_odds_of_whole_end(
+            signal, curve, known, model.length, model.width, settings.end_marks
+        )
+        > settings.least_log_odds_of_whole_end
+        for tells, curve, known in zip(
+            marked_ends(model, settings),
+            (path.curve, path.curve[::-1]),
+            (levels, levels[::-1]),
+            strict=True,
+        )
     )
     return first, last
 
@@ -41,17 +105,15 @@ def end_sd_px_of(
 def most_end_sd_px(body: PropagatedBody, model: BodyModel, settings: PropagationSettings) -> float:
     """Return how unsure an end may be and still be told, pixels.
 
-    What a body with a loop in doubt leaves over, though it is little enough to be believed, may be
-    an unsure end that lies elsewhere.
+    What a body with a loop in doubt leaves over, or a marked one, though it is little enough to be
+    believed, may be an unsure end that lies elsewhere.
     """
     most = settings.most_end_sd_widths
     if overlaps_tell(model, settings):
         most = settings.most_end_sd_in_darker_overlap_widths
-    if not body.loops_known and body.over_limits > settings.most_over_limits_of_unsure_end:
+    over = settings.most_over_limits_of_unsure_end if not body.loops_known else 1.0
+    if is_marked(model, settings):
+        over = min(over, settings.most_over_limits_of_marked)
+    if body.over_limits > over:
         most = min(most, settings.most_end_sd_beside_left_over_widths)
     return most * mean_width(model.widths)
-
-
-def overlaps_tell(model: BodyModel, settings: PropagationSettings) -> bool:
-    """Tell whether overlaps are so much darker that the picture shows what lies in them."""
-    return model.darkening > settings.residual.least_darkening

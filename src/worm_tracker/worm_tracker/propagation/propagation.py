@@ -7,14 +7,12 @@ body is fitted.
 from dataclasses import replace
 from math import ceil, floor
 
-import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel, mean_width
-from worm_tracker.midline.body_residual import BodyResidualSettings, dark_places
 from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.self_cover import lies_near_itself
@@ -76,24 +74,6 @@ def propagate(
     if before is not None:
         starts.append(2 * last.points - before - as_points(np.array([scene.origin])))
     return scene.in_picture(scene.best(slid, starts, contour_body))
-
-
-def darkening_of(
-    detection: Detection, model: BodyModel, least_widths2: float, settings: BodyResidualSettings
-) -> float | None:
-    """Return how much darker the object is where it is darkest; None where it is of one shade."""
-    view = detection.view
-    levels = model.levels_at(detection.gain)
-    level = float(levels.max())
-    dark = dark_places(view.smooth, level, 2 * settings.least_darkening, settings)
-    least_area = least_widths2 * model.width**2
-    if cv2.countNonZero(dark) < least_area:  # most frames; the object need not be drawn
-        return None
-    cv2.bitwise_and(dark, detection.object_pixels(), dst=dark)
-    if cv2.countNonZero(dark) < least_area:
-        return None
-    darkening = float(np.median(view.smooth[dark > 0]) / np.median(levels)) - 1
-    return darkening if darkening < settings.most_darkening else None
 
 
 def coiled(detection: Detection, followed: Observation | None = None) -> Observation:

@@ -4,7 +4,9 @@ from dataclasses import dataclass, field
 
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
+from worm_tracker.midline.end_marks import EndMarksSettings
 from worm_tracker.midline.other_ways import OtherWaysSettings
+from worm_tracker.midline.overlap_darkening import OverlapDarkeningSettings
 from worm_tracker.midline.path_following import PathFollowingSettings
 from worm_tracker.midline.regrown_ends import RegrownEndsSettings
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings
@@ -114,6 +116,17 @@ class PropagationSettings:
     """How much less than expected it may have."""
     most_fits_backwards: int = 12
     """Pictures in which a body may be fitted that does not slide there: many would take long."""
+    least_log_odds_of_whole_end: float = 8.0
+    """From which on a pale end of a short body is seen whole: its marks say so."""
+    most_end_sd_by_marks_widths: float = 0.25
+    most_over_limits_by_marks: float = 0.5
+    """How surely marks must tell where a pale end lies on the body, and what may be left over, over
+    what may be. 0 of 110 such ends lay more than a width off, of others 7 of 15."""
+    most_over_limits_of_marked: float = 0.7
+    """What a marked body may leave over while an end is less sure than that: it may lie elsewhere.
+    10 of 101 such bodies were wrong, of others 1 in 170."""
+    end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
+    overlaps: OverlapDarkeningSettings = field(default_factory=OverlapDarkeningSettings)
     other_ways: OtherWaysSettings = field(default_factory=OtherWaysSettings)
     regrow: RegrownEndsSettings = field(default_factory=RegrownEndsSettings)
     exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)

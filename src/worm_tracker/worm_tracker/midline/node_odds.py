@@ -1,0 +1,113 @@
+"""What each node of a path says for the body being there, and for an end of it being there.
+
+In clear water a body is dark and none is bright. Over another part it is darker than that part
+alone, or, where overlaps are no darker, nothing can be told.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from worm_msgs_py.arrays import Complex, Floats, Floats32
+from worm_tracker.midline.cross_sections import Covers
+from worm_tracker.midline.end_marks import EndMarksSettings, SeenOnPath, more_by_marks
+from worm_tracker.midline.expected_body import ExpectedBody
+from worm_tracker.midline.overlap_darkening import level_below
+from worm_tracker.midline.self_cover import SelfCoverSettings
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ExpectedAtNodes:
+    """What a body is expected to be at the nodes of a path.
+
+    Attributes
+    ----------
+    level : ndarray, shape (n,)
+        Its signal on the midline, grey levels.
+    covers : Covers
+        Where other parts of it lie over this one.
+    ends : tuple of float
+        Arc lengths at which its ends are expected, pixels.
+    step : float
+        Distance of the nodes, pixels.
+    """
+
+    level: Floats
+    covers: Covers
+    ends: tuple[float, float]
+    step: float
+
+
+def node_log_odds(spine: Floats32, along: ExpectedAtNodes, level_sd_relative: float) -> Floats:
+    """Return the log odds of the body being at each node, by the darkness there.
+
+    Parameters
+    ----------
+    spine : ndarray, shape (n,)
+        Signal on the path, grey levels.
+    along : ExpectedAtNodes
+    level_sd_relative : float
+        How far the body's darkness scatters, relative to itself.
+    """
+    covers = along.covers
+    without = np.where(covers.middle, covers.level, 0.0)
+    with_it = np.where(covers.middle, covers.level + covers.darkening * along.level, along.level)
+    sd = level_sd_relative * along.level
+    sd = np.where(covers.middle, np.hypot(sd, covers.level_sd), sd)
+    odds = (spine - (with_it + without) / 2) * (with_it - without) / np.maximum(sd, 1.0) ** 2
+    border = covers.either & ~covers.middle
+    return np.where(border & (odds > 0), 0.0, odds)
+
+
+def end_log_odds(
+    spine: Floats32,
+    curve: Complex,
+    along: ExpectedAtNodes,
+    odds: Floats,
+    body: ExpectedBody,
+    most: float,
+    settings: EndMarksSettings,
+) -> tuple[Floats, Floats] | None:
+    """Return what is told of an end being at each node, beyond what the nodes say by themselves.
+
+    By the marks of pale ends that may lie on other parts.
+
+    Parameters
+    ----------
+    spine : ndarray, shape (n,)
+        Signal on the path, grey levels.
+    curve : ndarray of complex, shape (n,)
+    along : ExpectedAtNodes
+    odds : ndarray, shape (n,)
+        Log odds of the body being there.
+    body : ExpectedBody
+    most : float
+        Most that a node speaks for or against the body.
+    settings : EndMarksSettings
+
+    Returns
+    -------
+    tuple of ndarray, shape (n,), or None
+        For the first end and the last; None where nothing more is told.
+    """
+    covers, step = along.covers, along.step
+    if not (any(body.pale_ends) and covers.darkening > 0 and covers.middle.any()):
+        return None
+    node = np.arange(len(curve))
+    first, last = round(along.ends[0] / step), round(along.ends[1] / step)
+    there = np.where((node >= first) & (node <= last), along.level, 0.0)
+    below = level_below(curve, covers.middle, there, step, body.width, SelfCoverSettings())
+    border = covers.either & ~covers.middle
+    seen = SeenOnPath(np.asarray(spine, np.float64), below, along.level, border, odds)
+    points = len(body.levels) - 1
+    behind = np.arange(round(settings.widths * body.width / step)) * points / max(last - first, 1)
+    ends = []
+    for is_pale, turned in zip(body.pale_ends, (False, True), strict=True):
+        levels = body.levels[::-1] if turned else body.levels
+        profile = np.interp(behind, np.arange(points + 1), levels)
+        at = seen.turned() if turned else seen
+        more = np.zeros(len(curve))
+        if is_pale:
+            more = more_by_marks(at, profile, covers.darkening, body.level, most, settings)
+        ends.append(more[::-1] if turned else more)
+    return ends[0], ends[1]

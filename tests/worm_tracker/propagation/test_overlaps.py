@@ -1,0 +1,77 @@
+"""How dark overlaps are is told by the darkest places of an even body, and not of a marked one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from marked_strands import LENGTH, NODES, WIDTH, laid_back, marks
+
+from worm_tracker.detection.blobs import BlobSettings, find_blobs, whole_picture
+from worm_tracker.detection.detection import Detection, SignalView
+from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
+from worm_tracker.midline.path import BodyPath
+from worm_tracker.propagation.overlaps import (
+    as_dark_as,
+    as_dark_as_followed,
+    is_marked,
+    marked_ends,
+    overlaps_tell,
+)
+from worm_tracker.propagation.propagation_settings import PropagationSettings
+from worm_tracker.worm_track import PropagatedBody
+
+SETTINGS = PropagationSettings()
+EVEN = np.full(NODES, 90.0)
+MARKED = marks(np.random.default_rng(2))
+PALE = marks(np.random.default_rng(2), pale_widths=8.0)
+PALE[:4] = 80.0, 110.0, 100.0, 70.0
+
+
+def model_of(levels):
+    widths = np.full(NODES, WIDTH)
+    level = float(np.median(levels))
+    return BodyModel(
+        LENGTH, WIDTH, 3000.0, level, WIDTH, widths, levels, 1.0, BodyModelSettings(), LENGTH
+    )
+
+
+def seen_laid_back(levels, darkening):
+    signal, line = laid_back(levels, 0.7 * LENGTH, darkening)
+    window = whole_picture(signal.shape)
+    blob = find_blobs(signal, 40.0, window, BlobSettings())[0]
+    view = SignalView(window, signal, signal, 40.0, 1.0, BlobSettings())
+    return Detection(view, blob), PropagatedBody(BodyPath(line), 0.95, 0.95)
+
+
+@pytest.mark.parametrize("darkening", [0.5, 0.3])
+def test_the_darkest_places_of_an_even_body_are_its_overlaps(darkening):
+    detection, found = seen_laid_back(EVEN, 2 * darkening)
+    model = as_dark_as(detection, model_of(EVEN), SETTINGS)
+    assert (model.darkening == pytest.approx(2 * darkening, abs=0.03)) is (2 * darkening < 0.7)
+    assert as_dark_as_followed(detection, model, found, SETTINGS) is model
+
+
+@pytest.mark.parametrize("darkening", [0.5, 0.0])
+def test_those_of_a_marked_one_are_not_but_where_it_was_followed(darkening):
+    detection, found = seen_laid_back(MARKED, darkening)
+    model = model_of(MARKED)
+    assert as_dark_as(detection, model, SETTINGS) is model
+    for _ in range(model.settings.overlap_frames):
+        model = as_dark_as_followed(detection, model, found, SETTINGS)
+    assert model.darkening == pytest.approx(darkening, abs=0.06)
+    assert overlaps_tell(model, SETTINGS) is (darkening > 0)
+
+
+def test_a_body_that_does_not_explain_its_picture_tells_nothing_of_overlaps():
+    detection, found = seen_laid_back(MARKED, 0.5)
+    model = model_of(MARKED)
+    assert as_dark_as_followed(detection, model, replace(found, over_limits=1.5), SETTINGS) is model
+
+
+def test_an_end_that_is_pale_and_has_marks_is_told_by_them():
+    assert marked_ends(model_of(PALE), SETTINGS) == (True, False)
+    assert marked_ends(model_of(PALE[::-1]), SETTINGS) == (False, True)
+    assert marked_ends(model_of(MARKED), SETTINGS) == (False, False)
+    plain = np.where(np.arange(NODES) < 24, 40.0, MARKED)
+    assert is_marked(model_of(plain), SETTINGS)
+    assert marked_ends(model_of(plain), SETTINGS) == (False, False)
