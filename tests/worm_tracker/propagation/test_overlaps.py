@@ -52,12 +52,12 @@ def test_the_darkest_places_of_an_even_body_are_its_overlaps(darkening):
 
 
 @pytest.mark.parametrize("darkening", [0.5, 0.0])
-def test_those_of_a_marked_one_are_not_but_where_it_was_followed(darkening):
+def test_those_of_a_marked_one_do_not_tell_once_it_was_followed_into_overlaps(darkening):
     detection, found = seen_laid_back(MARKED, darkening)
-    model = model_of(MARKED)
-    assert as_dark_as(detection, model, SETTINGS) is model
+    model = as_dark_as(detection, model_of(MARKED), SETTINGS)
     for _ in range(model.settings.overlap_frames):
         model = as_dark_as_followed(detection, model, found, SETTINGS)
+    assert as_dark_as(detection, model, SETTINGS) is model
     assert model.darkening == pytest.approx(darkening, abs=0.06)
     assert overlaps_tell(model, SETTINGS) is (darkening > 0)
 

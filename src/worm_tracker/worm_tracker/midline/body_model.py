@@ -268,8 +268,13 @@ class BodyModel:
         frames, mean = self.overlaps
         frames, rate = frames + 1, max(1 / (frames + 1), self.settings.least_weight_of_new_overlap)
         mean += rate * (darkening - mean)
-        known = max(mean, 0.0) if frames >= self.settings.overlap_frames else self.darkening
-        return replace(self, overlaps=(frames, mean), darkening=known)
+        model = replace(self, overlaps=(frames, mean))
+        return replace(model, darkening=max(mean, 0.0)) if model.knows_overlaps else model
+
+    @property
+    def knows_overlaps(self) -> bool:
+        """Whether it was followed into enough overlaps to know how dark they are."""
+        return self.overlaps[0] >= self.settings.overlap_frames
 
     @property
     def pale_ends(self) -> tuple[bool, bool]:

@@ -53,9 +53,10 @@ def darkening_of(
 def as_dark_as(detection: Detection, model: BodyModel, settings: PropagationSettings) -> BodyModel:
     """Return a worm whose overlaps are as dark as an object's darkest places, where it has some.
 
-    Those of a marked one may be its marks: `as_dark_as_followed` tells of its overlaps.
+    Those of a marked one may be its marks: they do not tell once it was followed into overlaps
+    (`as_dark_as_followed`).
     """
-    if is_marked(model, settings):
+    if model.knows_overlaps:
         return model
     residual = settings.residual
     darkening = darkening_of(detection, model, residual.least_dark_widths2, residual)
