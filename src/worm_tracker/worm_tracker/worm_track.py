@@ -51,6 +51,8 @@ class PropagatedBody:
         Whether its widths tell that its ends are in the order of the body model.
     whole_ends : tuple of bool
         Of each end whether its marks tell that the picture lacks nothing of it.
+    hides_slack : bool
+        Whether a shorter body, without a way there and back, would explain its object as well.
     was_slid : bool
         Whether it was slid along itself from the picture before, so that its ends are those there.
     """
@@ -66,6 +68,7 @@ class PropagatedBody:
     frames_unexplained: int = 0
     order_known: bool = False
     whole_ends: tuple[bool, bool] = (False, False)
+    hides_slack: bool = False
     was_slid: bool = False
 
     @property
@@ -80,8 +83,8 @@ class PropagatedBody:
 
     @property
     def is_explained(self) -> bool:
-        """Whether it explains its object, and no other body does that has its ends elsewhere."""
-        return self.over_limits <= 1 and not self.frames_unexplained
+        """Whether it explains its object, and no other body does that is known to."""
+        return self.over_limits <= 1 and not (self.frames_unexplained or self.hides_slack)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -167,7 +167,7 @@ def _other_ways(
     joint = _joint(width, step, settings)
     reach = max(2, round(settings.direction_stretch_widths * width / step))
     turn2: Floats | None = None
-    for i, j in _meetings(curve, width, step, settings):
+    for i, j in meetings(curve, width, step, settings):
         if i < joint or j >= len(curve) - joint or j - i <= 2 * joint:
             continue
         turn2 = _turn2(curve, reach) if turn2 is None else turn2
@@ -181,10 +181,19 @@ def _joint(width: float, step: float, settings: StrandExchangeSettings) -> int:
     return max(2, round(settings.joint_widths * width / step))
 
 
-def _meetings(
+def meetings(
     curve: Complex, width: float, step: float, settings: StrandExchangeSettings
 ) -> list[tuple[int, int]]:
-    """Return the pairs of nodes at which two strands come nearest to each other."""
+    """Return the pairs of nodes at which two strands come nearest to each other.
+
+    Parameters
+    ----------
+    curve : ndarray of complex, shape (n,)
+        At equal steps.
+    width, step : float
+        The body's width and the distance of the nodes, pixels.
+    settings : StrandExchangeSettings
+    """
     stride = 2
     coarse = curve[::stride]
     apart = np.abs(coarse[:, None] - coarse)

@@ -27,6 +27,7 @@ from worm_tracker.midline.body_shade import ShadedObject
 from worm_tracker.midline.curve import as_points, length_of
 from worm_tracker.midline.deformable_fit import fit_body
 from worm_tracker.midline.expected_body import ExpectedBody
+from worm_tracker.midline.hidden_slack import without_slack
 from worm_tracker.midline.order_by_widths import order_score
 from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
 from worm_tracker.midline.path_following import slide_along_path
@@ -117,7 +118,19 @@ class CandidateSearch:
             self.loop_in_doubt(found),
             self.frames_unexplained(found),
             order_known=self.order_known(found),
+            hides_slack=self.hides_slack(found),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
+        )
+
+    def hides_slack(self, found: Candidate) -> bool:
+        """Tell whether a shorter body, which leaves out a way there and back, explains as much."""
+        if self.seen.dark is not None or self.over_limits(found) > 1:
+            return False
+        model, slack = self.model, self.settings.slack
+        return any(
+            way.length > slack.least_length_over_known * model.length
+            and self.over_limits(self.scored(way, model.widths)) <= 1
+            for way in without_slack(found.path, model.width, self.settings.doubt, slack)
         )
 
     def order_known(self, found: Candidate) -> bool:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
 from worm_tracker.midline.end_marks import EndMarksSettings
+from worm_tracker.midline.hidden_slack import HiddenSlackSettings
 from worm_tracker.midline.other_ways import OtherWaysSettings
 from worm_tracker.midline.overlap_darkening import OverlapDarkeningSettings
 from worm_tracker.midline.path_following import PathFollowingSettings
@@ -135,6 +136,7 @@ class PropagationSettings:
     )
     """Strands may have crossed unseen wherever they touch, not only where they are exchanged."""
     shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
+    slack: HiddenSlackSettings = field(default_factory=HiddenSlackSettings)
     residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
     path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
     fit: BodyFitSettings = field(default_factory=BodyFitSettings)
