@@ -59,11 +59,9 @@ def find_ends(
     expected : tuple of float
         Arc lengths at which the two ends are expected.
     last : tuple of BodyEnd
-        Where they were, and how surely.
+        Where they were, so many `frames` ago, and how surely.
     length : tuple of float
         Expected length and its standard deviation, pixels.
-    frames : int
-        Since the ends were there.
     settings : BodyEndsSettings
     end_log_odds : tuple of ndarray, shape (n,), or None
         What else speaks for either end being at each node.

@@ -113,21 +113,14 @@ def more_by_marks(
     ndarray, shape (n,)
         Log odds; 0 beyond the nodes that can be an end.
     """
-
-    def odds(signal: Floats, below: Floats, border: Mask, own: Floats) -> Floats:
-        adds = np.where(below > 0, darkening * own, own)
-        sd2 = (settings.sd_relative * own) ** 2 + (settings.below_sd_relative * below) ** 2
-        sd2 = sd2 + (settings.least_sd_relative * level) ** 2
-        each = np.clip((signal - below - adds / 2) * adds / sd2, -most, most)
-        return np.where(border, np.minimum(each, 0.0), each)
-
     n, zone = len(seen.signal), len(profile)
     middle = n // 2
     count = middle + 2 - zone
     more = np.zeros(n)
     if count <= 0:
         return more
-    behind = odds(seen.signal, seen.below, seen.border, seen.own)[: middle + 1]
+    seen_so = darkening, level, most, settings
+    behind = _node_odds(seen.signal, seen.below, seen.border, seen.own, *seen_so)[: middle + 1]
     inwards = np.append(np.cumsum(behind[::-1])[::-1], 0.0)
     signal, below, border = (
         sliding_window_view(seen.signal[: middle + 1], zone),
@@ -135,10 +128,27 @@ def more_by_marks(
         sliding_window_view(seen.border[: middle + 1], zone),
     )
     by_darkness = np.cumsum(np.clip(seen.odds[: middle + 1], -most, most)[::-1])[::-1]
-    more[:count] = (
-        odds(signal, below, border, profile).sum(axis=1) + inwards[zone:] - by_darkness[:count]
-    )
+    by_marks = _node_odds(signal, below, border, profile, *seen_so).sum(axis=1) + inwards[zone:]
+    more[:count] = by_marks - by_darkness[:count]
     return more
+
+
+def _node_odds(
+    signal: Floats,
+    below: Floats,
+    border: Mask,
+    own: Floats,
+    darkening: float,
+    level: float,
+    most: float,
+    settings: EndMarksSettings,
+) -> Floats:
+    """Return the log odds of a part of such a signal being at each node, over those below it."""
+    adds = np.where(below > 0, darkening * own, own)
+    sd2 = (settings.sd_relative * own) ** 2 + (settings.below_sd_relative * below) ** 2
+    sd2 = sd2 + (settings.least_sd_relative * level) ** 2
+    each = np.clip((signal - below - adds / 2) * adds / sd2, -most, most)
+    return np.where(border, np.minimum(each, 0.0), each)
 
 
 def log_odds_of_whole_end(

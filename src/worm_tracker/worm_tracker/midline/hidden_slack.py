@@ -51,7 +51,7 @@ def without_slack(
     pairs = set[tuple[int, int]]()
     for i, j in meetings(curve, width, path.step, meet):
         pair = _widened(curve, i, j, reach, apart_px)
-        if pair is not None and _turn(curve, *pair, reach) < settings.most_turn_rad:
+        if pair is not None and _turns_by(curve, *pair, reach) < settings.most_turn_rad:
             pairs.add(pair)
     for i, j in sorted(pairs, key=lambda pair: pair[1] - pair[0])[: settings.most_tried]:
         line = np.concatenate([curve[:i], curve[j + 1 :]])
@@ -71,7 +71,7 @@ def _widened(curve: Complex, i: int, j: int, reach: int, apart_px: float) -> tup
     return (i, j) if first <= i and j <= last else None
 
 
-def _turn(curve: Complex, i: int, j: int, reach: int) -> float:
+def _turns_by(curve: Complex, i: int, j: int, reach: int) -> float:
     """Return by how much a body turns where it goes on from one place at another, radians."""
     before, after = curve[i] - curve[i - reach], curve[j + reach] - curve[j]
     return float(abs(np.angle(after * before.conjugate())))

@@ -101,13 +101,26 @@ def end_log_odds(
     seen = SeenOnPath(np.asarray(spine, np.float64), below, along.level, border, odds)
     points = len(body.levels) - 1
     behind = np.arange(round(settings.widths * body.width / step)) * points / max(last - first, 1)
-    ends = []
-    for is_pale, turned in zip(body.pale_ends, (False, True), strict=True):
-        levels = body.levels[::-1] if turned else body.levels
-        profile = np.interp(behind, np.arange(points + 1), levels)
-        at = seen.turned() if turned else seen
-        more = np.zeros(len(curve))
-        if is_pale:
-            more = more_by_marks(at, profile, covers.darkening, body.level, most, settings)
-        ends.append(more[::-1] if turned else more)
-    return ends[0], ends[1]
+    first_more, last_more = (
+        _more_of_end(seen, body, behind, turned, most, settings)
+        if is_pale
+        else np.zeros(len(curve))
+        for is_pale, turned in zip(body.pale_ends, (False, True), strict=True)
+    )
+    return first_more, last_more
+
+
+def _more_of_end(
+    seen: SeenOnPath,
+    body: ExpectedBody,
+    behind: Floats,
+    turned: bool,
+    most: float,
+    settings: EndMarksSettings,
+) -> Floats:
+    """Return what marks say more of one end, by the points of the body behind it at the nodes."""
+    levels = body.levels[::-1] if turned else body.levels
+    profile = np.interp(behind, np.arange(len(levels)), levels)
+    at = seen.turned() if turned else seen
+    more = more_by_marks(at, profile, body.darkening, body.level, most, settings)
+    return more[::-1] if turned else more
