@@ -113,12 +113,13 @@ class SignalView:
     raised: Picture | None = None
 
     @property
-    def _thresholded(self) -> Picture:
+    def found_in(self) -> Picture:
+        """What objects are found in: `smooth`, or what it was raised to."""
         return self.smooth if self.raised is None else self.raised
 
     def blobs(self) -> list[Blob]:
         """Return the objects, in the picture's coordinates, the largest first."""
-        return find_blobs(self._thresholded, self.threshold, self.window, self.settings)
+        return find_blobs(self.found_in, self.threshold, self.window, self.settings)
 
     @property
     def origin(self) -> tuple[int, int]:
@@ -135,7 +136,7 @@ class SignalView:
 
     def above_threshold(self) -> Picture:
         """Return what stands out in the window; 0 or 255."""
-        _, above = cv2.threshold(self._thresholded, self.threshold, 255, cv2.THRESH_BINARY)
+        _, above = cv2.threshold(self.found_in, self.threshold, 255, cv2.THRESH_BINARY)
         return np.asarray(above, np.uint8)
 
 

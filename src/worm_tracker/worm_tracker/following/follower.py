@@ -207,7 +207,7 @@ class Follower:
         points = view.in_window(seen.points)
         explains = not checked or explains_object(
             replace(seen, points=points),
-            view.smooth,
+            view.found_in,
             detection.object_pixels(),
             folded,
             model,
@@ -335,7 +335,7 @@ class Follower:
 
 def _observation_of(found: RefinedMidline, agreement: float, view: SignalView) -> Observation:
     """Return the observation of a refined midline."""
-    appearance = appearance_difference(found.points, found.widths, view.smooth, view.origin)
+    appearance = appearance_difference(found.points, found.widths, view.found_in, view.origin)
     body = found.u, found.v, found.points, found.widths
     return Observation(Status.TRACKED, *body, agreement, found.width, appearance=appearance)
 

@@ -76,7 +76,7 @@ class CandidateSearch:
         dark = None
         if model.darkening > settings.residual.least_darkening:
             level = model.level * detection.gain / model.gain
-            dark = dark_places(detection.view.smooth, level, model.darkening, settings.residual)
+            dark = dark_places(detection.view.found_in, level, model.darkening, settings.residual)
         shade = model.shade_at(detection.gain) if is_marked(model, settings) else None
         smooth = detection.view.smooth
         shaded = None if shade is None else ShadedObject(smooth, shade, model.darkening)

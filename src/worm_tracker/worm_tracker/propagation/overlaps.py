@@ -39,14 +39,14 @@ def darkening_of(
     view = detection.view
     levels = model.levels_at(detection.gain)
     level = float(levels.max())
-    dark = dark_places(view.smooth, level, 2 * settings.least_darkening, settings)
+    dark = dark_places(view.found_in, level, 2 * settings.least_darkening, settings)
     least_area = least_widths2 * model.width**2
     if cv2.countNonZero(dark) < least_area:  # most frames; the object need not be drawn
         return None
     cv2.bitwise_and(dark, detection.object_pixels(), dst=dark)
     if cv2.countNonZero(dark) < least_area:
         return None
-    darkening = float(np.median(view.smooth[dark > 0]) / np.median(levels)) - 1
+    darkening = float(np.median(view.found_in[dark > 0]) / np.median(levels)) - 1
     return darkening if darkening < settings.most_darkening else None
 
 
