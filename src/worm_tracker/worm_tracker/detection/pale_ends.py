@@ -56,8 +56,8 @@ def with_pale_ends(
 ) -> Detection:
     """Return a detection with what continues its ends below the threshold.
 
-    There the smoothed signal is raised so much that the usual threshold is right (`raised`); how dark
-    the end is by itself stays in `smooth`.
+    There the smoothed signal is raised so much that the usual threshold is right (`raised`); how
+    dark the end is by itself stays in `smooth`.
 
     Parameters
     ----------
