@@ -2,16 +2,27 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from worm_model.simulator.folded_worms import LOOKS, FoldedWorm, film_worm, rig_for
 from worm_model.simulator.rig.strands import Skin
+from worm_tracker.detection.blobs import BlobSettings, whole_picture
+from worm_tracker.detection.detection import Detection, DetectionPrior, SignalView
+from worm_tracker.detection.pale_ends import (
+    PaleEndSettings,
+    cut_by_window,
+    kept_for_later,
+    with_followed_ends,
+)
+from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
 LENGTH_MM, WIDTH_MM, PALE_MM = 16.0, 0.4, 3.6
 PER_MM, AROUND_MM, DARKNESS = 60, 0.6, 0.55
+WIDTH_PX = 11
 LOOK = replace(LOOKS["darker"], px_per_mm=25.0)
 
 
@@ -56,3 +67,51 @@ def test_a_pale_tail_is_part_of_the_worm(part, mm_per_frame):
         off.append(min(away.diagonal().max(), away[::-1].diagonal().max()))
         assert state.length_px == pytest.approx(body.length_px, rel=0.02)
     assert np.median(off) < 1.5
+
+
+def folded_detection(pale_part):
+    """Return a body in a picture whose last part is paler than the threshold, and that part."""
+    signal = np.zeros((140, 300), np.uint8)
+    cv2.line(signal, (20, 70), (200, 70), 100, WIDTH_PX)
+    cv2.line(signal, (200, 70), (270, 70), round(100 * pale_part), WIDTH_PX)
+    cv2.circle(signal, (110, 70), 36, 100, WIDTH_PX)  # its contour tells no midline
+    smooth = cv2.GaussianBlur(signal, (0, 0), 1.5)
+    everything = whole_picture(signal.shape)
+    view = SignalView(everything, signal, smooth, 50.0, 1.0, BlobSettings())
+    return Detection(view, view.blobs()[0])
+
+
+def model_with_pale_end(is_pale):
+    levels = np.full(65, 100.0)
+    levels[-18:] = 30.0 if is_pale else 100.0
+    widths = np.full(65, float(WIDTH_PX))
+    return BodyModel(
+        250.0, WIDTH_PX, 2500.0, 100.0, WIDTH_PX, widths, levels, 1.0, BodyModelSettings(), 250.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("is_pale", "aside_px", "is_seen"),
+    [
+        pytest.param(True, 0.0, True, id="known to be pale"),
+        pytest.param(False, 0.0, False, id="no end is pale"),
+        pytest.param(True, 40.0, False, id="followed elsewhere"),
+    ],
+)
+def test_a_pale_end_in_a_fold_is_seen_where_it_was_followed_to(is_pale, aside_px, is_seen):
+    seen = folded_detection(0.3)
+    body = np.stack([np.linspace(20.0, 270.0, 65), np.full(65, 70.0 + aside_px)], axis=1)
+    found = with_followed_ends(seen, model_with_pale_end(is_pale), body, PaleEndSettings())
+    reach = found.blob.box[2]
+    assert (reach > 262) is is_seen
+    assert (found is seen) is not is_seen
+    assert np.array_equal(found.view.smooth, seen.view.smooth)
+
+
+def test_what_may_be_a_pale_end_is_kept_for_later_and_told_to_be_cut_by_a_small_window():
+    seen = folded_detection(0.3)
+    assert seen.cropped(20).view.window[1].stop < 262
+    assert kept_for_later(seen, 20, PaleEndSettings()).view.window[1].stop > 270
+    known = DetectionPrior(model_with_pale_end(True))
+    assert not cut_by_window(seen, known, PaleEndSettings())
+    assert cut_by_window(seen.cropped(20), known, PaleEndSettings())

@@ -75,3 +75,14 @@ def test_an_end_that_is_pale_and_has_marks_is_told_by_them():
     plain = np.where(np.arange(NODES) < 24, 40.0, MARKED)
     assert is_marked(model_of(plain), SETTINGS)
     assert marked_ends(model_of(plain), SETTINGS) == (False, False)
+
+
+def test_overlaps_seen_on_a_way_back_are_taken_where_they_are_more():
+    detection, found = seen_laid_back(MARKED, 0.5)
+    here = there = model_of(MARKED)
+    for _ in range(there.settings.overlap_frames):
+        assert here.with_overlaps_of(there) is here
+        there = as_dark_as_followed(detection, there, found, SETTINGS)
+    learned = here.with_overlaps_of(there)
+    assert (learned.overlaps, learned.darkening) == (there.overlaps, there.darkening)
+    assert there.with_overlaps_of(here) is there

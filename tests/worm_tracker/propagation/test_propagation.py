@@ -150,8 +150,9 @@ ACROSS_ITSELF = [(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)]
     [
         pytest.param(LINE, 0.0, True, True, id="nothing else explains the picture"),
         pytest.param(ACROSS_ITSELF, 0.0, True, True, id="the other way bends much more"),
-        pytest.param(LINE, 0.15, True, False, id="something is left over"),
-        pytest.param(LINE, 0.0, False, False, id="overlaps are not told"),
+        pytest.param(LINE, 0.15, False, True, id="it lies apart from itself"),
+        pytest.param(ACROSS_ITSELF, 0.15, True, False, id="something is left over"),
+        pytest.param(ACROSS_ITSELF, 0.0, False, False, id="overlaps are not told"),
         pytest.param(None, 0.0, True, False, id="a loop may be passed either way"),
     ],
 )

@@ -99,6 +99,8 @@ class SignalView:
         The picture's brightness over the background's.
     settings : BlobSettings
         What counts as an object.
+    noise : float
+        Standard deviation of a pixel of `signal`, grey levels.
     raised : ndarray of uint8 or None
         `smooth`, made stronger where an end is paler than the threshold: objects are found in it.
         None where there is no such end.
@@ -110,6 +112,7 @@ class SignalView:
     threshold: float
     gain: float
     settings: BlobSettings
+    noise: float = 0.0
     raised: Picture | None = None
 
     @property
@@ -223,11 +226,11 @@ class Detection:
         blobs = view.blobs()
         return replace(self, view=view, blob=blobs[0]) if blobs else None
 
-    def cropped(self, margin_px: int) -> "Detection":
-        """Return what must be kept to look at the object later: a small window around it."""
+    def cropped(self, margin_px: int, box: tuple[int, int, int, int] | None = None) -> "Detection":
+        """Return the object in a small window around it, or around a box (u0, v0, u1, v1)."""
         rows, columns = self.view.window
         u0, v0 = self.view.origin
-        window = window_around(self.blob.box, margin_px, (rows.stop, columns.stop))
+        window = window_around(box or self.blob.box, margin_px, (rows.stop, columns.stop))
         rows = slice(max(window[0].start, v0), window[0].stop)
         columns = slice(max(window[1].start, u0), window[1].stop)
         part = np.s_[rows.start - v0 : rows.stop - v0, columns.start - u0 : columns.stop - u0]

@@ -43,7 +43,7 @@ from worm_tracker.detection.illumination import (
     passage_rims,
 )
 from worm_tracker.detection.occlusion import OcclusionSettings
-from worm_tracker.detection.pale_ends import PaleEndSettings, may_miss_an_end, with_pale_ends
+from worm_tracker.detection.pale_ends import PaleEndSettings, with_missing_ends, with_pale_ends
 from worm_tracker.detection.reconnection import drawn, reconnected
 from worm_tracker.midline.body_model import BodyModel
 
@@ -219,10 +219,9 @@ class Detector:
         if not blobs:
             return np.zeros_like(picture)
         settings = self._settings
-        view = SignalView(everything, signal, signal, self._first_threshold, 1.0, settings.blobs)
-        whole = with_pale_ends(
-            Detection(view, blobs[0]), DetectionPrior(), self._noise, settings.pale_ends
-        )
+        threshold, noise = self._first_threshold, self._noise
+        view = SignalView(everything, signal, signal, threshold, 1.0, settings.blobs, noise)
+        whole = with_pale_ends(Detection(view, blobs[0]), DetectionPrior(), settings.pale_ends)
         worm = draw_blob(whole.blob, everything, margin)
         limit = glare_limit(self._empty, settings.background.glare_over_clear_grey)
         white = cv2.compare(picture, limit, cv2.CMP_GT)
@@ -256,23 +255,21 @@ class Detector:
         self, picture: Picture, gain: float, window: Window, prior: DetectionPrior
     ) -> SignalView:
         signal = self._signal(picture, gain, window)
-        return SignalView(
-            window, signal, smoothed(signal), self._threshold(prior), gain, self._settings.blobs
-        )
+        smooth, threshold, settings = smoothed(signal), self._threshold(prior), self._settings
+        return SignalView(window, signal, smooth, threshold, gain, settings.blobs, self._noise)
 
     def _detect_in(
         self, view: SignalView, shape: tuple[int, ...], prior: DetectionPrior
     ) -> Detection | None:
         """Find the worm in a window; None where it is not there, or not all of it."""
-        blobs = view.blobs()
+        blobs, whole = view.blobs(), whole_picture(shape)
         blob = self._pick(blobs, prior)
-        if blob is None or (blob.touches(view.window) and not blob.touches(whole_picture(shape))):
+        if blob is None or (blob.touches(view.window) and not blob.touches(whole)):
             return None
         found = Detection(view, blob, self._is_crowded(blobs, blob, prior))
         found = self._with_cut_off(found, len(blobs), prior)
-        if not may_miss_an_end(found, prior, self._settings.pale_ends):
-            return found
-        return with_pale_ends(found, prior, self._noise, self._settings.pale_ends)
+        ends = self._settings.pale_ends
+        return with_missing_ends(found, prior, ends, may_be_cut=view.window != whole)
 
     def _missed(self, view: SignalView, prior: DetectionPrior) -> Missed:
         """Say why there is no worm in the whole picture."""
@@ -308,7 +305,8 @@ class Detector:
         through = look_through_glare(
             now, limit, background, self._arena[window], width, threshold, settings.glare
         )
-        view = SignalView(window, through.signal, through.smooth, threshold, gain, settings.blobs)
+        signal, smooth = through.signal, through.smooth
+        view = SignalView(window, signal, smooth, threshold, gain, settings.blobs, self._noise)
         reach = settings.glare_reach_widths * width
         if body is not None and not may_occlude(through.occluder, view.in_window(body), reach):
             return None

@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
-from worm_tracker.detection.blobs import draw_blob
-from worm_tracker.detection.detection import Detection, DetectionPrior
+from worm_tracker.detection.blobs import draw_blob, thickness
+from worm_tracker.detection.detection import Detection, DetectionPrior, SignalView
+from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.contour_midline import ContourMidlineSettings, contour_midline
 
 
@@ -34,6 +35,11 @@ class PaleEndSettings:
     """Part of the midline from which an end has its axis."""
     complete_area_over_known: float = 0.97
     """Area from which nothing is missing."""
+    followed_part: float = 0.3
+    followed_widths: float = 1.5
+    least_part_followed: float = 0.6
+    """Part of the body's length that a pale end is, and how much of a piece must lie as near to
+    where such an end was in the picture beside."""
     learning_frames: int = 12
     """Midlines until which a piece is looked for at each frame, and between two looks later."""
 
@@ -51,8 +57,45 @@ def may_miss_an_end(detection: Detection, prior: DetectionPrior, settings: PaleE
     return small or model.frames < settings.learning_frames or any(model.pale_ends)
 
 
+def with_missing_ends(
+    detection: Detection, prior: DetectionPrior, settings: PaleEndSettings, *, may_be_cut: bool
+) -> Detection | None:
+    """Return a detection with its pale ends, where they are looked for; None where one is cut off.
+
+    Parameters
+    ----------
+    detection : Detection
+        The object that is the worm.
+    prior : DetectionPrior
+    settings : PaleEndSettings
+    may_be_cut : bool
+        Whether the window is not all of the picture, so that an end may go on beyond it.
+    """
+    if not may_miss_an_end(detection, prior, settings):
+        return detection
+    if may_be_cut and cut_by_window(detection, prior, settings):
+        return None
+    return with_pale_ends(detection, prior, settings)
+
+
+def cut_by_window(detection: Detection, prior: DetectionPrior, settings: PaleEndSettings) -> bool:
+    """Tell whether what may be a pale end reaches the edge of the window, and is cut there."""
+    width = prior.model.width if prior.model else detection.thickness()
+    inner = np.s_[1:-1, 1:-1]
+    beside: Picture | None = None
+    for piece in _pieces(detection, width, settings):
+        if cv2.countNonZero(piece) == cv2.countNonZero(np.ascontiguousarray(piece[inner])):
+            continue
+        if beside is None:
+            reach = round(settings.most_gap_widths * width)
+            beside = draw_blob(detection.blob, detection.view.window, reach)
+        if cv2.bitwise_and(piece, beside).any():
+            return True
+    return False
+
+
 def with_pale_ends(
-    detection: Detection, prior: DetectionPrior, noise: float, settings: PaleEndSettings
+    detection: Detection, prior: DetectionPrior, settings: PaleEndSettings
 ) -> Detection:
     """Return a detection with what continues its ends below the threshold.
 
@@ -64,30 +107,84 @@ def with_pale_ends(
     detection : Detection
         The object that is the worm.
     prior : DetectionPrior
-    noise : float
-        Standard deviation of a pixel, grey levels.
     settings : PaleEndSettings
     """
-    view, blob = detection.view, detection.blob
-    faint = settings.signal_over_threshold * view.threshold
-    faint = max(faint, settings.signal_over_noise * noise)
-    if faint >= view.threshold:
-        return detection
     width = prior.model.width if prior.model else detection.thickness()
-    pieces = _pieces(detection, faint, width, settings)
+    pieces = _pieces(detection, width, settings)
     if not pieces:
         return detection
-    seen = contour_midline(blob.contour, width, prior.body, ContourMidlineSettings())
+    seen = contour_midline(detection.blob.contour, width, prior.body, ContourMidlineSettings())
     if seen is None:
         return detection
-    line = view.in_window(seen.points)
+    line = detection.view.in_window(seen.points)
     ends = [piece for piece in pieces if _continues(piece, line, width, settings)]
+    return _raised(detection, ends, width, settings)
+
+
+def with_followed_ends(
+    detection: Detection, model: BodyModel, body: Floats, settings: PaleEndSettings
+) -> Detection:
+    """Return a detection with what lies below the threshold where a pale end was followed to.
+
+    In a fold no contour tells where an end is. As with `with_pale_ends`, `raised` changes alone.
+
+    Parameters
+    ----------
+    detection : Detection
+    model : BodyModel
+        Tells which ends are pale.
+    body : ndarray, shape (n, 2)
+        Where it lay in the picture beside, in the order of the model.
+    settings : PaleEndSettings
+    """
+    if not any(model.pale_ends):
+        return detection
+    pieces = _pieces(detection, model.width, settings)
+    part = round(settings.followed_part * (len(body) - 1))
+    line = detection.view.in_window(body)
+    stretches = (line[: part + 1], line[-1 - part :])
+    near = [
+        _around(stretch, settings.followed_widths * model.width, pieces[0])
+        for is_pale, stretch in zip(model.pale_ends, stretches, strict=True)
+        if is_pale and pieces
+    ]
+    ends = [piece for piece in pieces if any(_lies_in(piece, each, settings) for each in near)]
+    return _raised(detection, ends, model.width, settings)
+
+
+def kept_for_later(detection: Detection, margin_px: int, settings: PaleEndSettings) -> Detection:
+    """Return what must be kept to look at an object later: a small window around it.
+
+    And around what may turn out to be its pale end, once it is known to have one.
+    """
+    u0, v0 = detection.view.origin
+    boxes = [detection.blob.box]
+    for piece in _pieces(detection, thickness(detection.object_pixels()), settings):
+        u, v, width, height = cv2.boundingRect(piece)
+        boxes.append((u0 + u, v0 + v, u0 + u + width - 1, v0 + v + height - 1))
+    corners = np.array(boxes)
+    first, last = corners[:, :2].min(axis=0), corners[:, 2:].max(axis=0)
+    return detection.cropped(margin_px, (int(first[0]), int(first[1]), int(last[0]), int(last[1])))
+
+
+def _faint(view: SignalView, settings: PaleEndSettings) -> float:
+    """Return the signal from which on something may be an end."""
+    faint = settings.signal_over_threshold * view.threshold
+    return max(faint, settings.signal_over_noise * view.noise)
+
+
+def _raised(
+    detection: Detection, ends: list[Picture], width: float, settings: PaleEndSettings
+) -> Detection:
+    """Return a detection with some pieces beside its object as a part of it."""
+    view, blob = detection.view, detection.blob
     if not ends:
         return detection
     reach = 2 * round(settings.rim_widths * width + 1) + 1
     where = cv2.dilate(np.bitwise_or.reduce(ends), np.ones((reach, reach), np.uint8))
-    stronger = cv2.convertScaleAbs(view.smooth, alpha=view.threshold / faint)
-    raised = np.asarray(np.where(where > 0, stronger, view.smooth), np.uint8)
+    alpha = view.threshold / _faint(view, settings)
+    stronger = cv2.max(cv2.convertScaleAbs(view.smooth, alpha=alpha), view.found_in)
+    raised = np.asarray(np.where(where > 0, stronger, view.found_in), np.uint8)
     whole = replace(view, raised=raised)
     grown = [each for each in whole.blobs() if each.area > blob.area]
     if not grown:
@@ -96,11 +193,12 @@ def with_pale_ends(
     return replace(detection, view=whole, blob=nearest)
 
 
-def _pieces(
-    detection: Detection, faint: float, width: float, settings: PaleEndSettings
-) -> list[Picture]:
+def _pieces(detection: Detection, width: float, settings: PaleEndSettings) -> list[Picture]:
     """Return what is faint beside the object, each piece as a mask of the window."""
     view, area = detection.view, detection.blob.area
+    faint = _faint(view, settings)
+    if faint >= view.threshold:
+        return []
     rim = max(2, round(settings.rim_widths * width))
     _, dark = cv2.threshold(view.smooth, faint, 255, cv2.THRESH_BINARY)
     beside = cv2.subtract(dark, draw_blob(detection.blob, view.window, rim))
@@ -135,3 +233,17 @@ def _continues(piece: Picture, line: Floats, width: float, settings: PaleEndSett
         if abs(np.angle(near.mean() / axis)) < settings.most_off_axis_rad:
             return True
     return False
+
+
+def _lies_in(piece: Picture, mask: Picture, settings: PaleEndSettings) -> bool:
+    """Tell whether most of a piece lies within a mask."""
+    inside = cv2.countNonZero(cv2.bitwise_and(piece, mask))
+    return inside > settings.least_part_followed * cv2.countNonZero(piece)
+
+
+def _around(line: Floats, radius: float, like: Picture) -> Picture:
+    """Return where a window is as near to a line (n, 2) in it as this; 0 or 255."""
+    mask = np.zeros_like(like)
+    points = np.rint(16 * line).astype(np.int32)
+    cv2.polylines(mask, [points], False, 255, max(1, round(2 * radius)), cv2.LINE_8, 4)
+    return mask

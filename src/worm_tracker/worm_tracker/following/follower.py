@@ -13,6 +13,7 @@ from worm_tracker.detection.blobs import Blob, holds_wormlike_piece, whole_pictu
 from worm_tracker.detection.debris import without_debris
 from worm_tracker.detection.detection import Detection, Missed, Occlusion, SignalView
 from worm_tracker.detection.occluded_body import occluded_points, with_known_width
+from worm_tracker.detection.pale_ends import kept_for_later
 from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.head_tail.appearance import appearance_difference
 from worm_tracker.midline.body_model import (
@@ -56,6 +57,7 @@ class Follower:
         self._shape = shape
         self._settings = settings
         self._path_numbers_back = count(-1, -1)
+        self._way_back: BackwardPropagation | None = None
 
     def push(self, detection: Detection | Missed) -> Observation:
         """Find the midline of the worm in the next picture, or say why there is none."""
@@ -65,6 +67,7 @@ class Follower:
             else:
                 self._track.miss()
             return Observation(detection.status)
+        self._learn_from_way_back()
         observation, propagated = self._observe(detection)
         points = observation.points if observation.has_midline else None
         self._track.see(detection.blob, points, propagated)
@@ -74,10 +77,10 @@ class Follower:
                 return self._with_occlusion(observation, detection.occlusion)
             observation = coiled(detection, observation)  # one status says one thing
         if observation.status is Status.COILED or not observation.shows_all:
-            return replace(observation, unresolved=detection.cropped(self._settings.coil_margin_px))
+            return replace(observation, unresolved=self._kept(detection))
         model = self._track.model
         if model is not None and model.is_young:  # it may be looked at again with another body
-            return replace(observation, kept=detection.cropped(self._settings.coil_margin_px))
+            return replace(observation, kept=self._kept(detection))
         return observation
 
     def resolve_back(
@@ -100,7 +103,10 @@ class Follower:
         if is_nearer_reversed(opened.widths[:, None], model.widths[:, None]):
             opened = opened.reversed()  # the body was lost since, and found the other way round
         paths = self._path_numbers_back
-        return BackwardPropagation(model, opened, detections, self._contour_body, paths, settings)
+        self._way_back = BackwardPropagation(
+            model, opened, detections, self._contour_body, paths, settings
+        )
+        return self._way_back
 
     def all_of_worm(self, observation: Observation) -> Floats | None:
         """Return a midline that is that of all of the worm: what is elsewhere is not worm."""
@@ -117,6 +123,18 @@ class Follower:
             and self._track.bodies.propagated is None
         )
         return observation.points if sure else None
+
+    def _learn_from_way_back(self) -> None:
+        """Take what a way back has seen of the worm's overlaps, unless it was of another body."""
+        model, way = self._track.model, self._way_back
+        if model is None or way is None:
+            return
+        if abs(log(way.model.length / model.length)) < self._settings.most_log_length_in_fold:
+            self._track.learn(model.with_overlaps_of(way.model))
+
+    def _kept(self, detection: Detection) -> Detection:
+        settings = self._settings
+        return kept_for_later(detection, settings.coil_margin_px, settings.propagation.pale_ends)
 
     def _observe(self, detection: Detection) -> tuple[Observation, PropagatedBody | None]:
         """Find the midline of the object, or say why there is none."""

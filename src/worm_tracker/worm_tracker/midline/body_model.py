@@ -271,6 +271,12 @@ class BodyModel:
         model = replace(self, overlaps=(frames, mean))
         return replace(model, darkening=max(mean, 0.0)) if model.knows_overlaps else model
 
+    def with_overlaps_of(self, other: "BodyModel") -> "BodyModel":
+        """Return the model with what another one of the same worm saw more of its overlaps."""
+        if not other.knows_overlaps or other.overlaps[0] <= self.overlaps[0]:
+            return self
+        return replace(self, overlaps=other.overlaps, darkening=other.darkening)
+
     @property
     def knows_overlaps(self) -> bool:
         """Whether it was followed into enough overlaps to know how dark they are."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.detection.detection import Detection
+from worm_tracker.detection.pale_ends import with_followed_ends
 from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.path import path_of
 from worm_tracker.midline.refine import RefinedMidline
@@ -80,6 +81,11 @@ class BackwardPropagation:
         self._fits = 0
         self._left = list(reversed(detections))
 
+    @property
+    def model(self) -> BodyModel:
+        """The worm, with what has been seen of its overlaps on the way."""
+        return self._model
+
     def __iter__(self) -> "BackwardPropagation":
         return self
 
@@ -92,6 +98,9 @@ class BackwardPropagation:
             raise StopIteration
         past, settings = self._left.pop(), self._settings
         detection = past.detection
+        detection = with_followed_ends(
+            detection, self._model, self._last.points, settings.pale_ends
+        )
         self._model = model = as_dark_as(detection, self._model, settings)
         found = self._find(detection, past.frames)
         lost = found is None or found.over_limits > settings.lost_over_limits

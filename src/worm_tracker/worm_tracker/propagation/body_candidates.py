@@ -34,14 +34,12 @@ from worm_tracker.midline.path_following import slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.regrown_ends import regrown
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
-from worm_tracker.midline.strand_exchange import (
-    doubtful_loops,
-    exchanged_strands,
-)
+from worm_tracker.midline.strand_exchange import exchanged_strands
 from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px, whole_ends
 from worm_tracker.propagation.loops_in_doubt import loop_in_doubt
+from worm_tracker.propagation.only_explanation import is_only_explanation
 from worm_tracker.propagation.overlaps import is_marked, marked_ends
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -173,20 +171,11 @@ class CandidateSearch:
         between = self.body.frames_unexplained + self.frames - 1
         if self.over_limits(found) > 1:
             return between + 1
-        lost = between > self.settings.most_frames_unexplained
-        return between if lost and not self.is_only_explanation(found) else 0
-
-    def is_only_explanation(self, found: Candidate) -> bool:
-        """Tell whether no other body can explain the picture, however this one was found.
-
-        Hardly anything is left over, overlaps are told by their darkness, and nowhere could its
-        strands be passed the other way round without bending much more.
-        """
-        settings = self.settings
-        if self.seen.dark is None or self.over_limits(found) > settings.most_over_limits_alone:
-            return False
-        most = -settings.least_bend_of_other_way_rad2
-        return not doubtful_loops(found.path, self.model.width, settings.exchange, most)
+        if between <= self.settings.most_frames_unexplained:
+            return 0
+        over, told = self.over_limits(found), self.seen.dark is not None
+        alone = is_only_explanation(found, over, told, self.model.width, self.settings)
+        return 0 if alone else between
 
     def loop_in_doubt(self, found: Candidate) -> tuple[float, float] | None:
         """Return the part of a body that lies in loops which may be passed either way round."""

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from worm_tracker.detection.pale_ends import PaleEndSettings
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
 from worm_tracker.midline.end_marks import EndMarksSettings
@@ -111,6 +112,9 @@ class PropagationSettings:
     least_bend_of_other_way_rad2: float = 1.0
     """What a body that was lost may leave over, over what may be, and how much more any other way
     past its loops must bend, for it to be the only explanation."""
+    least_apart_widths: float = 1.25
+    """How far its strands lie apart at least where a body that was lost shows all of it: of 48
+    bodies more than 1.1 widths apart none was wrong, of 96 less so 74."""
     least_agreement_backwards: float = 0.75
     """What a body that is propagated backwards must have: nothing else supports it."""
     most_agreement_lost_backwards: float = 0.04
@@ -126,6 +130,7 @@ class PropagationSettings:
     most_over_limits_of_marked: float = 0.7
     """What a marked body may leave over while an end is less sure than that: it may lie elsewhere.
     10 of 101 such bodies were wrong, of others 1 in 170."""
+    pale_ends: PaleEndSettings = field(default_factory=PaleEndSettings)
     end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
     overlaps: OverlapDarkeningSettings = field(default_factory=OverlapDarkeningSettings)
     other_ways: OtherWaysSettings = field(default_factory=OtherWaysSettings)
