@@ -114,7 +114,7 @@ class PropagationSettings:
     past its loops must bend, for it to be the only explanation."""
     least_apart_widths: float = 1.25
     """How far its strands lie apart at least where a body that was lost shows all of it: of 48
-    bodies more than 1.1 widths apart none was wrong, of 96 less so 74."""
+    bodies more than 1.1 widths apart none was wrong, of 99 less so 74."""
     least_agreement_backwards: float = 0.75
     """What a body that is propagated backwards must have: nothing else supports it."""
     most_agreement_lost_backwards: float = 0.04
