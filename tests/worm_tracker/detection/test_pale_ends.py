@@ -12,9 +12,9 @@ from worm_tracker.detection.blobs import BlobSettings, whole_picture
 from worm_tracker.detection.detection import Detection, DetectionPrior, SignalView
 from worm_tracker.detection.pale_ends import (
     PaleEndSettings,
-    cut_by_window,
     kept_for_later,
     with_followed_ends,
+    with_pale_ends,
 )
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.parameters import TrackerParameters
@@ -74,7 +74,7 @@ def folded_detection(pale_part):
     signal = np.zeros((140, 300), np.uint8)
     cv2.line(signal, (20, 70), (200, 70), 100, WIDTH_PX)
     cv2.line(signal, (200, 70), (270, 70), round(100 * pale_part), WIDTH_PX)
-    cv2.circle(signal, (110, 70), 36, 100, WIDTH_PX)  # its contour tells no midline
+    cv2.circle(signal, (110, 70), 36, 100, WIDTH_PX)
     smooth = cv2.GaussianBlur(signal, (0, 0), 1.5)
     everything = whole_picture(signal.shape)
     view = SignalView(everything, signal, smooth, 50.0, 1.0, BlobSettings())
@@ -108,10 +108,16 @@ def test_a_pale_end_in_a_fold_is_seen_where_it_was_followed_to(is_pale, aside_px
     assert np.array_equal(found.view.smooth, seen.view.smooth)
 
 
-def test_what_may_be_a_pale_end_is_kept_for_later_and_told_to_be_cut_by_a_small_window():
+def test_what_may_be_a_pale_end_is_kept_for_later():
     seen = folded_detection(0.3)
     assert seen.cropped(20).view.window[1].stop < 262
     assert kept_for_later(seen, 20, PaleEndSettings()).view.window[1].stop > 270
+
+
+def test_a_window_that_cuts_a_pale_end_does_not_hold_the_worm():
+    seen, settings = folded_detection(0.3), PaleEndSettings()
     known = DetectionPrior(model_with_pale_end(True))
-    assert not cut_by_window(seen, known, PaleEndSettings())
-    assert cut_by_window(seen.cropped(20), known, PaleEndSettings())
+    assert with_pale_ends(seen.cropped(20), known, settings, may_be_cut=True) is None
+    for wide in (seen, seen.cropped(100)):
+        found = with_pale_ends(wide, known, settings, may_be_cut=True)
+        assert found.blob.box[2] > 262

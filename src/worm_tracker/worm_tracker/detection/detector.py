@@ -43,7 +43,7 @@ from worm_tracker.detection.illumination import (
     passage_rims,
 )
 from worm_tracker.detection.occlusion import OcclusionSettings
-from worm_tracker.detection.pale_ends import PaleEndSettings, with_missing_ends, with_pale_ends
+from worm_tracker.detection.pale_ends import PaleEndSettings, with_pale_ends
 from worm_tracker.detection.reconnection import drawn, reconnected
 from worm_tracker.midline.body_model import BodyModel
 
@@ -221,7 +221,8 @@ class Detector:
         settings = self._settings
         threshold, noise = self._first_threshold, self._noise
         view = SignalView(everything, signal, signal, threshold, 1.0, settings.blobs, noise)
-        whole = with_pale_ends(Detection(view, blobs[0]), DetectionPrior(), settings.pale_ends)
+        first, ends = Detection(view, blobs[0]), settings.pale_ends
+        whole = with_pale_ends(first, DetectionPrior(), ends, may_be_cut=False) or first
         worm = draw_blob(whole.blob, everything, margin)
         limit = glare_limit(self._empty, settings.background.glare_over_clear_grey)
         white = cv2.compare(picture, limit, cv2.CMP_GT)
@@ -269,7 +270,7 @@ class Detector:
         found = Detection(view, blob, self._is_crowded(blobs, blob, prior))
         found = self._with_cut_off(found, len(blobs), prior)
         ends = self._settings.pale_ends
-        return with_missing_ends(found, prior, ends, may_be_cut=view.window != whole)
+        return with_pale_ends(found, prior, ends, may_be_cut=view.window != whole)
 
     def _missed(self, view: SignalView, prior: DetectionPrior) -> Missed:
         """Say why there is no worm in the whole picture."""

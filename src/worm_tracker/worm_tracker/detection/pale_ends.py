@@ -11,6 +11,9 @@ from worm_tracker.detection.detection import Detection, DetectionPrior, SignalVi
 from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.contour_midline import ContourMidlineSettings, contour_midline
 
+_WITHIN = np.s_[1:-1, 1:-1]
+"""A window but for its outermost pixels."""
+
 
 @dataclass(frozen=True, slots=True)
 class PaleEndSettings:
@@ -57,10 +60,13 @@ def may_miss_an_end(detection: Detection, prior: DetectionPrior, settings: PaleE
     return small or model.frames < settings.learning_frames or any(model.pale_ends)
 
 
-def with_missing_ends(
+def with_pale_ends(
     detection: Detection, prior: DetectionPrior, settings: PaleEndSettings, *, may_be_cut: bool
 ) -> Detection | None:
-    """Return a detection with its pale ends, where they are looked for; None where one is cut off.
+    """Return a detection with what continues its ends below the threshold; None if that is cut off.
+
+    There the smoothed signal is raised so much that the usual threshold is right (`raised`); how
+    dark the end is by itself stays in `smooth`.
 
     Parameters
     ----------
@@ -73,46 +79,12 @@ def with_missing_ends(
     """
     if not may_miss_an_end(detection, prior, settings):
         return detection
-    if may_be_cut and cut_by_window(detection, prior, settings):
-        return None
-    return with_pale_ends(detection, prior, settings)
-
-
-def cut_by_window(detection: Detection, prior: DetectionPrior, settings: PaleEndSettings) -> bool:
-    """Tell whether what may be a pale end reaches the edge of the window, and is cut there."""
-    width = prior.model.width if prior.model else detection.thickness()
-    inner = np.s_[1:-1, 1:-1]
-    beside: Picture | None = None
-    for piece in _pieces(detection, width, settings):
-        if cv2.countNonZero(piece) == cv2.countNonZero(np.ascontiguousarray(piece[inner])):
-            continue
-        if beside is None:
-            reach = round(settings.most_gap_widths * width)
-            beside = draw_blob(detection.blob, detection.view.window, reach)
-        if cv2.bitwise_and(piece, beside).any():
-            return True
-    return False
-
-
-def with_pale_ends(
-    detection: Detection, prior: DetectionPrior, settings: PaleEndSettings
-) -> Detection:
-    """Return a detection with what continues its ends below the threshold.
-
-    There the smoothed signal is raised so much that the usual threshold is right (`raised`); how
-    dark the end is by itself stays in `smooth`.
-
-    Parameters
-    ----------
-    detection : Detection
-        The object that is the worm.
-    prior : DetectionPrior
-    settings : PaleEndSettings
-    """
     width = prior.model.width if prior.model else detection.thickness()
     pieces = _pieces(detection, width, settings)
     if not pieces:
         return detection
+    if may_be_cut and _is_any_cut(pieces, detection, width, settings):
+        return None
     seen = contour_midline(detection.blob.contour, width, prior.body, ContourMidlineSettings())
     if seen is None:
         return detection
@@ -140,13 +112,15 @@ def with_followed_ends(
     if not any(model.pale_ends):
         return detection
     pieces = _pieces(detection, model.width, settings)
+    if not pieces:
+        return detection
     part = round(settings.followed_part * (len(body) - 1))
     line = detection.view.in_window(body)
     stretches = (line[: part + 1], line[-1 - part :])
     near = [
         _around(stretch, settings.followed_widths * model.width, pieces[0])
         for is_pale, stretch in zip(model.pale_ends, stretches, strict=True)
-        if is_pale and pieces
+        if is_pale
     ]
     ends = [piece for piece in pieces if any(_lies_in(piece, each, settings) for each in near)]
     return _raised(detection, ends, model.width, settings)
@@ -213,6 +187,18 @@ def _pieces(detection: Detection, width: float, settings: PaleEndSettings) -> li
         for k in range(1, count)
         if wanted[k]
     ]
+
+
+def _is_any_cut(
+    pieces: list[Picture], detection: Detection, width: float, settings: PaleEndSettings
+) -> bool:
+    """Tell whether one of some pieces beside the object reaches the edge of the window."""
+    cut = [piece for piece in pieces if cv2.countNonZero(piece) > np.count_nonzero(piece[_WITHIN])]
+    if not cut:
+        return False
+    reach = round(settings.most_gap_widths * width)
+    beside = draw_blob(detection.blob, detection.view.window, reach)
+    return any(bool(cv2.bitwise_and(piece, beside).any()) for piece in cut)
 
 
 def _continues(piece: Picture, line: Floats, width: float, settings: PaleEndSettings) -> bool:

@@ -97,6 +97,7 @@ class Follower:
         detections : sequence of PastDetection
             What was kept of these pictures, in that order.
         """
+        self._learn_from_way_back()
         model, settings = self._track.model, self._settings.propagation
         if model is None:
             return iter(())
@@ -131,6 +132,8 @@ class Follower:
             return
         if abs(log(way.model.length / model.length)) < self._settings.most_log_length_in_fold:
             self._track.learn(model.with_overlaps_of(way.model))
+        else:
+            self._way_back = None
 
     def _kept(self, detection: Detection) -> Detection:
         settings = self._settings

@@ -131,6 +131,7 @@ class PropagationSettings:
     """What a marked body may leave over while an end is less sure than that: it may lie elsewhere.
     10 of 101 such bodies were wrong, of others 1 in 170."""
     pale_ends: PaleEndSettings = field(default_factory=PaleEndSettings)
+    """As the detector has them."""
     end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
     overlaps: OverlapDarkeningSettings = field(default_factory=OverlapDarkeningSettings)
     other_ways: OtherWaysSettings = field(default_factory=OtherWaysSettings)
