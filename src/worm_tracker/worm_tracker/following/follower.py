@@ -189,7 +189,11 @@ class Follower:
         if after_fold and np.count_nonzero(cut_off) > most:
             return True
         hole = whole.blob.hole_area / width**2
-        touching = hole > settings.most_hole_widths2 and whole.goes_on_at(found.points, width)
+        is_cut = np.count_nonzero(cut_off) > settings.least_cut_end_widths2 * width**2
+        goes_on = whole.goes_on_at(found.points, width)
+        if goes_on and is_cut:
+            return True  # a thin tail, say
+        touching = hole > settings.most_hole_widths2 and goes_on
         if touching or hole > settings.loop_hole_widths2:
             return True  # a loop that was cut open, rather than what hangs on to the worm
         last_length = 0.0 if last is None else settings.cut_length_over_last * length_of(last)

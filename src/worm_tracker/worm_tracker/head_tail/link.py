@@ -150,6 +150,8 @@ class _Order:
         Since the widths of one told its order.
     kept : float
         Probability that the order has been kept since then, by the links alone.
+    loops_known : bool
+        Whether the last midline's loops were known to be passed as they were.
     """
 
     is_reversed: bool = False
@@ -158,6 +160,7 @@ class _Order:
     frames_unexplained: int = 0
     frames_unknown: int = 0
     kept: float = 1.0
+    loops_known: bool = True
 
     def then(
         self, observation: Observation, is_reversed: bool, reliability: float, told: int
@@ -170,6 +173,7 @@ class _Order:
             0 if observation.explains else self.frames_unexplained + 1,
             0 if told else self.frames_unknown + 1,
             1.0 if told else certainty_before_link(self.kept, reliability),
+            observation.loops_known,
         )
 
     def missed(self) -> "_Order":
@@ -283,10 +287,14 @@ class Chain:
         same_path = order.path_number == observation.path_number != 0
         same_path &= order.frames_unexplained <= settings.most_frames_unexplained
         is_reversed = order.is_reversed if same_path else turned < straight
+        ends_stay = _ends_stay(observation, last)
+        ends_differ = not same_path and ends_stay is not None and ends_stay == is_reversed
+        if ends_differ and not (order.loops_known and observation.loops_known):
+            is_reversed, ends_differ = not is_reversed, False
         seen = observation.reversed() if is_reversed else observation
         near, far = sorted((straight, turned))
         reliability = self._reliability(seen.points, last, seen.width, near, far)
-        if self._is_leap(seen.points, last, seen.width):
+        if ends_differ or self._is_leap(seen.points, last, seen.width):
             reliability = min(reliability, settings.leap_reliability)
         elif same_path:
             reliability = max(reliability, settings.same_path_reliability)
@@ -355,6 +363,21 @@ def _nearer_is_right(near: float, far: float, variance: float) -> float:
     """Return the probability of the nearer of two ways, of mean distances in pixels."""
     spread = variance + near**2
     return float(1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0))))
+
+
+def _ends_stay(observation: Observation, last: Floats) -> bool | None:
+    """Tell whether both ends are where they were, or each where the other was; None where neither.
+
+    What lies between them tells nothing where a loop that is most of a body is passed the other
+    way: most of it is then in the other order.
+    """
+    if any(observation.occluded):
+        return None
+    ends, were = observation.points[[0, -1]], last[[0, -1]]
+    stay, change = (float(np.hypot(*(ends - at).T).sum()) for at in (were, were[::-1]))
+    if max(stay, change) < 2 * min(stay, change) + observation.width:
+        return None
+    return stay < change
 
 
 def _mean_distance(a: Floats, b: Floats) -> float:

@@ -48,5 +48,9 @@ def explains_object(
         if model is not None and model.lacks(length_of(found.points), differs.left_over):
             return False
         return differs.in_water + differs.overlap < settings.most_of_contour_body
+    lacked = settings.end_widths * width
+    most_px2 = settings.most_lacked_at_end_widths2 * width**2
+    if any(differs.missing_px2(end, lacked) > most_px2 for end in found.points[[0, -1]]):
+        return False  # an end bent like a hook, whose bend was taken for it
     most = settings.most_of_folded_body if folded else settings.most_of_contour_body
     return differs.total < most

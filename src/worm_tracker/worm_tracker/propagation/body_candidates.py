@@ -38,7 +38,7 @@ from worm_tracker.midline.strand_exchange import exchanged_strands
 from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px, whole_ends
-from worm_tracker.propagation.loops_in_doubt import loop_in_doubt
+from worm_tracker.propagation.loops_in_doubt import loop_in_doubt, turns_known_loop
 from worm_tracker.propagation.only_explanation import is_only_explanation
 from worm_tracker.propagation.overlaps import is_marked, marked_ends
 from worm_tracker.propagation.propagation_settings import PropagationSettings
@@ -246,7 +246,7 @@ class CandidateSearch:
         found = replace(found, straighter=gain)
         if path is None or gain < settings.least_gain_in_all_rad2:
             return found
-        again = self.slid(path)
+        again = None if self.keeps_loop(found, path) else self.slid(path)
         if again is None:
             return found
         again = again if self.over_limits(again) <= 1 else self.regrown(again)
@@ -257,6 +257,16 @@ class CandidateSearch:
         if end_displacement(again.path.points, found.path.points) > width:
             return found  # what lies between the strands is turned round, the ends stay
         return replace(again, path=replace(again.path, ways=found.path.ways), was_exchanged=True)
+
+    def keeps_loop(self, found: Candidate, path: BodyPath) -> bool:
+        """Tell whether a path passes an open loop otherwise that is known: none turns at once."""
+        if not self.is_followed or self.over_limits(found) > 1:
+            return False
+        width, settings = self.model.width, self.settings
+        most_px = most_end_sd_px(self.body, self.model, settings)
+        end_sd_px = end_sd_px_of(self.body, self.model, settings)
+        seen = end_sd_px[0] < most_px, end_sd_px[1] < most_px
+        return turns_known_loop(found.path, path, self.body, seen, width, settings)
 
     def regrown(self, found: Candidate) -> Candidate:
         """Return a body with bends or ends laid anew where that explains more of the object."""

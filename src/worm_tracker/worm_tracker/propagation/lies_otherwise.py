@@ -9,10 +9,15 @@ from worm_tracker.propagation.candidate import Candidate
 
 
 def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
-    """Return the last body slid along itself; or laid otherwise, where only that explains all."""
+    """Return the last body slid along itself; or laid otherwise, where only that explains all.
+
+    Or one step from there, where that explains far more.
+    """
     found = scene.followed()
     if found is not None and scene.over_limits(found) > 1 and _is_due(scene):
         found = _lies_otherwise(scene, found)
+    elif found is not None and scene.over_limits(found) > scene.settings.doubted_over_limits:
+        found = _lies_better(scene, found)
     return scene.turned_round(found)
 
 
@@ -41,6 +46,20 @@ def _lies_otherwise(scene: CandidateSearch, found: Candidate) -> Candidate:
         return found
     gain = found.unexplained.total - best.unexplained.total
     if scene.over_limits(best) > 1 and gain < settings.least_gain_of_other_way_widths2:
+        return found
+    return replace(best, was_exchanged=True)
+
+
+def _lies_better(scene: CandidateSearch, found: Candidate) -> Candidate:
+    """Return the way of a body that explains its picture, one step away, if it explains far more.
+
+    Two strands that lie beside each other with an end may be taken for each other: little is left
+    over of that.
+    """
+    ways = _added(scene, [found.path], found.path)
+    best = _best_of(scene, [way for way in ways if not scene.keeps_loop(found, way)])
+    most = scene.settings.most_over_limits_of_better_way * scene.over_limits(found)
+    if best is None or scene.over_limits(best) > most:
         return found
     return replace(best, was_exchanged=True)
 

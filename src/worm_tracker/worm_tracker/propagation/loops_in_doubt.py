@@ -1,5 +1,7 @@
 """Whether it is known which way round the loops of a body are passed: by bends, or from before."""
 
+import numpy as np
+
 from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.self_cover import ends_kept, ends_on_body
 from worm_tracker.midline.strand_exchange import doubtful_loops, part_of
@@ -52,6 +54,41 @@ def loop_in_doubt(
         was_known = was_known and kept > settings.least_ends_kept
     known = was_known and all(loop.breadth_px > open_px for loop in loops)
     return None if known else part_of(loops)
+
+
+def turns_known_loop(
+    path: BodyPath,
+    otherwise: BodyPath,
+    before: PropagatedBody,
+    ends_seen: tuple[bool, bool],
+    width: float,
+    settings: PropagationSettings,
+) -> bool:
+    """Tell whether an open loop is passed otherwise of which it is known how it is passed.
+
+    Straighter is not truer where a hairpin lies on a strand. An end that is not seen may have gone
+    on elsewhere, and so made a loop beside it.
+
+    Parameters
+    ----------
+    path, otherwise : BodyPath
+        The body as it was followed, and as it may lie.
+    before : PropagatedBody
+        It in the picture before.
+    ends_seen : tuple of bool
+    width : float
+        The worm's, pixels.
+    settings : PropagationSettings
+    """
+    if not before.loops_known or before.frames_unexplained:
+        return False
+    apart = np.hypot(*(path.points - otherwise.points).T)
+    if apart.max() < settings.open_loop_widths * width:
+        return False
+    changed = np.flatnonzero(apart > settings.changed_widths * width)
+    near = settings.made_by_end_widths * width / path.length * (len(apart) - 1)
+    beside = changed[0] < near, changed[-1] > len(apart) - 1 - near
+    return all(seen or not at for seen, at in zip(ends_seen, beside, strict=True))
 
 
 def _is_left_by_end(

@@ -110,7 +110,7 @@ def observation_of(
         seen_end_sd_px=body.end_sd_px,
         in_doubt=_points_of(body.loop_in_doubt, len(body.points)),
         over_limits=body.over_limits,
-        order_known=body.order_known and not (first or last),
+        order_known=body.order_known and body.loops_known and not (first or last),
     )
 
 

@@ -45,6 +45,9 @@ class PropagationSettings:
     most_end_sd_in_darker_overlap_widths: float = 0.42
     """Standard deviation of an end's place from which on it is told as hidden; and where overlaps
     are darker, so that an end that lies elsewhere leaves something over."""
+    most_end_sd_explained_widths: float = 0.5
+    """The same where overlaps are darker and nearly nothing is left over: 1 of 131 such ends beyond
+    the other bound lay more than a width off, of those beside something left over 2 of 34."""
     most_over_limits_of_unsure_end: float = 0.3
     most_end_sd_beside_left_over_widths: float = 0.25
     """What a body with a loop in doubt may leave over, over what may be, while an end is less sure
@@ -79,9 +82,17 @@ class PropagationSettings:
     open body's."""
     length_sd_relative: float = 0.04
     """How far the length of a body that strokes gets from what is expected, in a frame."""
+    doubted_over_limits: float = 0.4
+    most_over_limits_of_better_way: float = 0.3
+    """What a body leaves over, over what may be, from which on one that lies otherwise is looked
+    for, and how much of that such a one may leave over."""
     open_loop_widths: float = 2.0
     """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
     cross each other unseen."""
+    changed_widths: float = 0.5
+    made_by_end_widths: float = 2.0
+    """How far a part of a body lies from where it was that lies otherwise, and how near to that an
+    end may have made the loop."""
     least_breadth_widths: float = 0.85
     """Breadth of a loop from which on it may be in doubt which way round it is passed. Its strands
     may then lie a width apart: what is told as the width is up to a sixth less than the outline's,

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from worm_msgs_py.contract.status import Status
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import PastDetection
 from worm_tracker.propagation.opening import (
@@ -156,9 +157,19 @@ class _Passage:
         """Tell a frame by what a way says of it; nothing where nothing tells which way was lost."""
         followed = pending.observation.may_lie_as
         is_told = observation.status.has_pose and observation.loops_known
+        is_told &= not self._may_be_otherwise(pending)
         if not is_told and followed is not None and followed.contradicts(observation):
             return
         self._change(pending, told_of_fold(pending.observation, observation, self._agreement))
+
+    def _may_be_otherwise(self, pending: PendingFrame) -> bool:
+        """Tell whether a loop in doubt may be passed as it was followed, against the way back.
+
+        A frame that opens a run and is still folded tells by its bends alone how its own are.
+        """
+        opened, there = self._run.opened.observation, pending.observation
+        is_open = opened.status is Status.TRACKED
+        return not is_open and not there.loops_known and not any(there.occluded)
 
     def _tell_known(self) -> None:
         """Tell what was only followed, where that is known by the other way."""
