@@ -191,7 +191,7 @@ class Follower:
         hole = whole.blob.hole_area / width**2
         is_cut = np.count_nonzero(cut_off) > settings.least_cut_end_widths2 * width**2
         goes_on = whole.goes_on_at(found.points, width)
-        if goes_on and is_cut:
+        if goes_on and is_cut and model is not None and model.is_learned:
             return True  # a thin tail, say
         touching = hole > settings.most_hole_widths2 and goes_on
         if touching or hole > settings.loop_hole_widths2:

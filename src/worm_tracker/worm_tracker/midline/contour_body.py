@@ -1,5 +1,8 @@
 """Whether a body that an object's contour gives is all of the worm in it, but for debris."""
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Picture
@@ -7,6 +10,7 @@ from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.body_residual import (
     BodyResidualSettings,
     ObjectMasks,
+    Unexplained,
     dark_places,
     ends_and_bends,
     unexplained,
@@ -48,9 +52,21 @@ def explains_object(
         if model is not None and model.lacks(length_of(found.points), differs.left_over):
             return False
         return differs.in_water + differs.overlap < settings.most_of_contour_body
-    lacked = settings.end_widths * width
-    most_px2 = settings.most_lacked_at_end_widths2 * width**2
-    if any(differs.missing_px2(end, lacked) > most_px2 for end in found.points[[0, -1]]):
-        return False  # an end bent like a hook, whose bend was taken for it
+    if model is not None and _lacks_end(found, differs, mask, width, settings):
+        return False
     most = settings.most_of_folded_body if folded else settings.most_of_contour_body
     return differs.total < most
+
+
+def _lacks_end(
+    found: RefinedMidline,
+    differs: Unexplained,
+    mask: Picture,
+    width: float,
+    settings: BodyResidualSettings,
+) -> bool:
+    """Tell whether the object goes on beside an end: one bent like a hook was cut at its bend."""
+    left = np.asarray(cv2.bitwise_and(mask, cv2.bitwise_not(differs.near)), np.uint8)
+    beside = replace(differs, wanted=left)
+    most_px2, reach = settings.most_lacked_at_end_widths2 * width**2, settings.end_widths * width
+    return any(beside.missing_px2(end, reach) > most_px2 for end in found.points[[0, -1]])

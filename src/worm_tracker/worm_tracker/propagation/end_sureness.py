@@ -111,9 +111,6 @@ def most_end_sd_px(body: PropagatedBody, model: BodyModel, settings: Propagation
     most = settings.most_end_sd_widths
     if overlaps_tell(model, settings):
         most = settings.most_end_sd_in_darker_overlap_widths
-        little = body.over_limits <= settings.most_over_limits_of_unsure_end
-        if little and body.loops_known:
-            most = settings.most_end_sd_explained_widths
     over = settings.most_over_limits_of_unsure_end if not body.loops_known else 1.0
     if is_marked(model, settings):
         over = min(over, settings.most_over_limits_of_marked)

@@ -45,9 +45,6 @@ class PropagationSettings:
     most_end_sd_in_darker_overlap_widths: float = 0.42
     """Standard deviation of an end's place from which on it is told as hidden; and where overlaps
     are darker, so that an end that lies elsewhere leaves something over."""
-    most_end_sd_explained_widths: float = 0.5
-    """The same where overlaps are darker and nearly nothing is left over: 1 of 131 such ends beyond
-    the other bound lay more than a width off, of those beside something left over 2 of 34."""
     most_over_limits_of_unsure_end: float = 0.3
     most_end_sd_beside_left_over_widths: float = 0.25
     """What a body with a loop in doubt may leave over, over what may be, while an end is less sure
