@@ -66,6 +66,20 @@ def test_what_hangs_on_to_a_worm_after_a_fold_may_be_its_end(widths2, frames_unr
     assert follower._is_part(straight_body(), whole, view) is is_part
 
 
+def test_a_thin_tail_that_was_cut_off_is_a_part_of_the_worm():
+    worm = np.zeros(SHAPE, np.uint8)
+    cv2.line(worm, FIRST, LAST, 100, round(WIDTH))
+    whole = worm.copy()
+    cv2.line(whole, LAST, (LAST[0] + 4 * round(WIDTH), LAST[1]), 100, round(0.4 * WIDTH))
+    found = straight_body()
+    caps = np.array([[-WIDTH / 2, 0.0], [WIDTH / 2, 0.0]])  # its ends are round
+    points = found.points + np.linspace(caps[0], caps[1], len(found.points))
+    found = replace(found, points=points)
+    follower = follower_that_knows_the_worm(frames_unresolved=0)
+    assert follower._is_part(found, object_of(whole), object_of(worm))
+    assert not follower._is_part(found, object_of(worm), object_of(worm))
+
+
 @pytest.mark.parametrize(
     ("in_doubt", "status"),
     [

@@ -182,3 +182,26 @@ def test_what_lies_behind_the_place_where_ends_changed_is_turned_round_once_widt
     for v_px, certainty in given[-6:]:
         assert abs(v_px) < 0.1, "the head is on the arm that it was on"
         assert certainty > 0.9
+
+
+def crossed_near_its_ends(between_reversed):
+    """Return a loop whose ends cross beside each other, its middle passed one way or the other."""
+    angle = np.linspace(0.05, 2 * np.pi - 0.05, POINTS - 8)
+    loop = np.stack([30.0 * np.cos(angle), 30.0 * np.sin(angle)], axis=1)
+    ends = np.array([[36.0, -30.0], [36.0, -22.0], [34.0, -14.0], [32.0, -6.0]])
+    middle = loop[::-1] if between_reversed else loop
+    return np.concatenate([ends, middle, ends[::-1] * [1.0, -1.0]])
+
+
+@pytest.mark.parametrize("status", [Status.FOLDED, Status.LOOP_IN_DOUBT])
+def test_ends_stay_where_they_are_seen_though_a_loop_between_them_is_passed_the_other_way(status):
+    chain = Chain(WormTrack(), LinkSettings())
+    first = folded(crossed_near_its_ends(between_reversed=False))
+    chain.push(first)
+    turned = folded(crossed_near_its_ends(between_reversed=True))
+    doubt = (4, POINTS - 4) if status is Status.LOOP_IN_DOUBT else (0, 0)
+    link = chain.push(replace(turned, status=status, in_doubt=doubt))
+    if status is Status.LOOP_IN_DOUBT:
+        assert np.array_equal(link.observation.points[0], first.points[0])
+    else:
+        assert link.reliability <= LinkSettings().leap_reliability  # one of the two is wrong

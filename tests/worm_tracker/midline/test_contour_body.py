@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
+from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.contour_body import explains_object
 from worm_tracker.midline.curve import TRACKED_POINTS, as_points
@@ -55,3 +56,24 @@ def test_what_hangs_on_to_an_open_body_is_debris_but_at_ends_and_kinks(turn_rad,
     smooth = np.where(mask > 0, LEVEL, 0).astype(np.uint8)
     settings = BodyResidualSettings()
     assert explains_object(refined(line), smooth, mask, False, None, settings) is is_debris
+
+
+@pytest.mark.parametrize(
+    ("is_hook", "is_all"),
+    [
+        pytest.param(False, True, id="straight to its end"),
+        pytest.param(True, False, id="bent like a hook at its end"),
+    ],
+)
+def test_a_known_worm_whose_end_is_a_hook_is_not_cut_at_its_bend(is_hook, is_all):
+    line = kinked(0.2)
+    mask = np.zeros((300, 320), np.uint8)
+    hooked = np.r_[line[2:-2], line[-3] + np.array([1.2 + 0.6j, 0.6 + 1.2j]) * WIDTH]
+    drawn = hooked if is_hook else line[2:-2]
+    points = np.rint(16 * as_points(drawn)).astype(np.int32)
+    cv2.polylines(mask, [points], False, 255, round(WIDTH), cv2.LINE_8, 4)
+    smooth = np.where(mask > 0, LEVEL, 0).astype(np.uint8)
+    body = refined(line)
+    model = BodyModel.of(body, body.area, 1.0, BodyModelSettings())
+    settings = BodyResidualSettings()
+    assert explains_object(body, smooth, mask, False, model, settings) is is_all

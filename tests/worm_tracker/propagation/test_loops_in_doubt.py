@@ -93,11 +93,20 @@ def test_a_loop_in_doubt_stays_so_where_an_end_has_slid_to_where_its_strands_met
     assert search.loop_in_doubt(candidate(path)) == (in_doubt if stays else None)
 
 
-@pytest.mark.parametrize(("end_moves_widths", "is_exchanged"), [(0.5, True), (1.5, False)])
-def test_strands_are_exchanged_where_the_ends_stay(monkeypatch, end_moves_widths, is_exchanged):
+@pytest.mark.parametrize(
+    ("end_moves_widths", "loops_known", "is_exchanged"),
+    [
+        pytest.param(0.5, False, True, id="the ends stay"),
+        pytest.param(1.5, False, False, id="an end moves"),
+        pytest.param(0.5, True, False, id="it is known how an open loop is passed"),
+    ],
+)
+def test_strands_are_exchanged_where_the_ends_stay_and_no_known_loop_is_turned(
+    monkeypatch, end_moves_widths, loops_known, is_exchanged
+):
     width = 15.0
     found = candidate(kinked_loop(2.5, width))
-    search = search_after(found.path, width, 1, loops_known=True)
+    search = search_after(found.path, width, 1, loops_known=loops_known)
     search = replace(search, body=replace(search.body, straighter=10.0))
     crossing, _ = exchanged_strands(found.path, width, search.settings.exchange)
     ends_away = crossing.curve.copy()

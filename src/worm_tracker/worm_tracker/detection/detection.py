@@ -202,9 +202,12 @@ class Detection:
         u, v = np.rint(self.view.in_window(points)).astype(int).T
         return np.asarray(self.occluder[v.clip(0, height - 1), u.clip(0, width - 1)] > 0)
 
-    def goes_on_at(self, points: Floats, distance: float) -> bool:
-        """Tell whether the object goes on, within this many pixels, where a midline on it ends."""
-        pixels, points = self.object_pixels(), self.view.in_window(points)
+    def goes_on_at(self, points: Floats, distance: float, part: Picture | None = None) -> bool:
+        """Tell whether the object goes on, within this many pixels, where a midline on it ends.
+
+        Or a part of it, a mask of the window.
+        """
+        pixels, points = self.object_pixels() if part is None else part, self.view.in_window(points)
         height, width = pixels.shape
         for tip, within in (points[:2], points[:-3:-1]):
             onwards = (tip - within) / max(float(np.hypot(*(tip - within))), 1e-9)

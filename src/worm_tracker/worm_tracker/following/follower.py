@@ -184,16 +184,16 @@ class Follower:
         cut_off = np.asarray(whole.object_pixels() & ~view.object_pixels())
         if holds_wormlike_piece(cut_off, width, settings.blobs):
             return True
+        is_cut = np.count_nonzero(cut_off) > settings.least_cut_end_widths2 * width**2
+        is_known = model is not None and model.is_learned
+        if is_known and is_cut and whole.goes_on_at(found.points, width, cut_off):
+            return True  # a thin tail, say
         after_fold = self._track.frames_unresolved > 0 and not (model is None or model.is_young)
         most = settings.most_cut_after_fold_widths2 * width**2
         if after_fold and np.count_nonzero(cut_off) > most:
             return True
         hole = whole.blob.hole_area / width**2
-        is_cut = np.count_nonzero(cut_off) > settings.least_cut_end_widths2 * width**2
-        goes_on = whole.goes_on_at(found.points, width)
-        if goes_on and is_cut and model is not None and model.is_learned:
-            return True  # a thin tail, say
-        touching = hole > settings.most_hole_widths2 and goes_on
+        touching = hole > settings.most_hole_widths2 and whole.goes_on_at(found.points, width)
         if touching or hole > settings.loop_hole_widths2:
             return True  # a loop that was cut open, rather than what hangs on to the worm
         last_length = 0.0 if last is None else settings.cut_length_over_last * length_of(last)

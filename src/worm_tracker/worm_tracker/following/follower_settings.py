@@ -63,7 +63,7 @@ class FollowerSettings:
     most_cut_after_fold_widths2: float = 1.4
     """What may be cut off after a fold of a known body, squared widths: more may be an end that
     comes out of it."""
-    least_cut_end_widths2: float = 0.2
+    least_cut_end_widths2: float = 0.5
     """What is cut off an object that goes on there, squared widths, from which an end was cut."""
     loop_hole_widths2: float = 20.0
     """Hole, in squared widths, that is a loop's, not a bubble's."""

@@ -16,9 +16,15 @@ def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
     found = scene.followed()
     if found is not None and scene.over_limits(found) > 1 and _is_due(scene):
         found = _lies_otherwise(scene, found)
-    elif found is not None and scene.over_limits(found) > scene.settings.doubted_over_limits:
+    elif found is not None and _is_doubted(scene, found):
         found = _lies_better(scene, found)
     return scene.turned_round(found)
+
+
+def _is_doubted(scene: CandidateSearch, found: Candidate) -> bool:
+    """Tell whether a body leaves so much over that another may lie there: darker overlaps tell."""
+    tells = scene.seen.dark is not None
+    return tells and scene.over_limits(found) > scene.settings.doubted_over_limits
 
 
 def _is_due(scene: CandidateSearch) -> bool:

@@ -80,7 +80,7 @@ class PropagationSettings:
     length_sd_relative: float = 0.04
     """How far the length of a body that strokes gets from what is expected, in a frame."""
     doubted_over_limits: float = 0.4
-    most_over_limits_of_better_way: float = 0.3
+    most_over_limits_of_better_way: float = 0.1
     """What a body leaves over, over what may be, from which on one that lies otherwise is looked
     for, and how much of that such a one may leave over."""
     open_loop_widths: float = 2.0
