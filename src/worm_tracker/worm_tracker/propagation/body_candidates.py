@@ -260,8 +260,8 @@ class CandidateSearch:
 
     def keeps_loop(self, found: Candidate, path: BodyPath) -> bool:
         """Tell whether a path passes an open loop otherwise that is known: none turns at once."""
-        if not self.is_followed or self.over_limits(found) > 1:
-            return False
+        if self.seen.dark is None or not self.is_followed or self.over_limits(found) > 1:
+            return False  # where overlaps are no darker an end may have gone on elsewhere unseen
         width, settings = self.model.width, self.settings
         most_px = most_end_sd_px(self.body, self.model, settings)
         end_sd_px = end_sd_px_of(self.body, self.model, settings)
