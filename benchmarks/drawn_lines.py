@@ -97,9 +97,12 @@ def picture_of(
     return np.clip(seen, 0, 255).astype(np.uint8)
 
 
-def is_folded(line: Floats, width: float) -> bool:
-    """Tell whether two parts more than three widths apart along a line are within a width."""
-    thin = line[::7]
+def is_folded(line: Floats, width: float, every: int = 7) -> bool:
+    """Tell whether two parts more than three widths apart along a line are within a width.
+
+    By every so many-th of its points.
+    """
+    thin = line[::every]
     s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(thin, axis=0).T))]
     apart = np.hypot(*np.moveaxis(thin[:, np.newaxis] - thin, 2, 0))
     return bool(((apart < width) & (abs(s[:, np.newaxis] - s) > 3 * width)).any())

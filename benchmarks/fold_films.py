@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.drawn_by_distance import EXIT_WIDTH_MM as STEERED_EXIT_WIDTH_MM
+from benchmarks.drawn_by_distance import STEERED_LOOKS, steered_pictures
 from benchmarks.drawn_lines import (
     EXIT_WIDTH_MM,
     LINE_LOOKS,
@@ -17,6 +19,8 @@ from benchmarks.drawn_lines import (
     true_line_px,
 )
 from benchmarks.drawn_lines import is_folded as is_folded_line
+from benchmarks.steered_worm import FPS as STEERED_FPS
+from benchmarks.steered_worm import steered_worm
 from worm_model.simulator import folded_worms
 from worm_model.simulator.film import FilmFrame, encode
 from worm_model.simulator.folded_worms import LOOKS, FoldedWorm, Look, film_worm, rig_for
@@ -44,6 +48,17 @@ FILMS = tuple(
 """Six worms in four looks."""
 LINE_FILMS = tuple((worm, look) for worm in WORMS for look in LINE_LOOKS)
 """The same motions, drawn by other means than the rig's."""
+STEERED_FILMS = tuple(
+    (f"s{seed}", look)
+    for look, seeds in {
+        "steered": (3, 9, 25, 28),
+        "steered_coarse": (5, 8, 22, 26),
+        "steered_pale": (7, 12, 24),
+        "steered_one_shade": (1, 10, 23),
+    }.items()
+    for seed in seeds
+)
+"""Worms of other motions, drawn in a third way; s and the seed. Of 16 seeds those that fold."""
 MORE_FILMS = ((OPEN, "skin_w4"), (OPEN, "skin_w5"), ("4002", "thin_tail"), ("4004", "thin_tail"))
 
 
@@ -143,6 +158,8 @@ def _rig(name: str, look: Look) -> Rig:
 def _drawn(name: str, look_name: str, frames: int | None = None) -> dict[str, NDArray[np.generic]]:
     if look_name in LINE_LOOKS:
         return _drawn_of_lines(name, look_name, frames)
+    if look_name in STEERED_LOOKS:
+        return _drawn_of_steered(name, look_name, frames)
     look = LOOKS[look_name]
     rig = _rig(name, look)
     part = np.linspace(0.0, 1.0, MIDLINE_POINTS)
@@ -186,6 +203,34 @@ def _drawn_of_lines(
         rows["contact"].append(gap_px < 0.3 * width_px)
     scale = {"px_per_mm": look.px_per_mm, "radius_mm": RADIUS_MM, "width_px": width_px}
     rig_figures = {**scale, "exit_width_mm": EXIT_WIDTH_MM}
+    return _as_arrays({"worm": name, "look": look_name, **rig_figures}, jpegs, rows)
+
+
+def _drawn_of_steered(
+    name: str, look_name: str, frames: int | None
+) -> dict[str, NDArray[np.generic]]:
+    """Draw a film of a worm that steers by a programme."""
+    seed, look = int(name[1:]), STEERED_LOOKS[look_name]
+    worm = steered_worm(seed)
+    worm = replace(worm, midlines_mm=worm.midlines_mm[:frames])
+    width_px = float(worm.width_mm[100:300].mean()) * look.px_per_mm
+    rows: dict[str, list[object]] = {key: [] for key in PER_FRAME}
+    jpegs: list[bytes] = []
+    for frame, (picture, line) in enumerate(steered_pictures(worm, look, seed)):
+        jpegs.append(encode(picture, look.jpeg_quality))
+        s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T))]
+        at = np.linspace(0.0, s[-1], MIDLINE_POINTS)
+        even = np.stack([np.interp(at, s, line[:, k]) for k in (0, 1)], axis=1)
+        widths = np.interp(at, s, worm.width_mm * look.px_per_mm)
+        gap_px = RADIUS_MM * look.px_per_mm - float(np.hypot(*(even[0] - look.centre)))
+        rows["stamp_ns"].append(round(frame * 1e9 / STEERED_FPS))
+        rows["midline_px"].append(even)
+        rows["half_width_px"].append(widths / 2)
+        rows["centroid_px"].append(widths @ even / widths.sum())
+        rows["folded"].append(is_folded_line(even, width_px, every=2))
+        rows["contact"].append(gap_px < 0.3 * width_px)
+    scale = {"px_per_mm": look.px_per_mm, "radius_mm": RADIUS_MM, "width_px": width_px}
+    rig_figures = {**scale, "exit_width_mm": STEERED_EXIT_WIDTH_MM}
     return _as_arrays({"worm": name, "look": look_name, **rig_figures}, jpegs, rows)
 
 

@@ -1,10 +1,11 @@
 """How the tracker comes through folds: `python -m benchmarks.folds [--worm W] [--look LOOK] …`.
 
-Six worms that fold much, in four looks, and a few films more, all with exact truth; and in three
-looks that are drawn by other means. A frame is *right* where it has a pose, its head is within one
-width, no part of the midline is more than a width off the true one (Fréchet distance: in order
-along both), and the head's certainty is at least 0.9. It is an *unmarked error* where a head is
-given with that certainty and is not right.
+Six worms that fold much, in four looks, and a few films more, all with exact truth; in three looks
+that are drawn by other means; and worms of other motions, drawn in a third way.
+
+A frame is *right* where it has a pose, its head is within one width, no part of the midline is more
+than a width off the true one (Fréchet distance: in order along both), and the head's certainty is
+at least 0.9. It is an *unmarked error* where a head is given with that certainty and is not right.
 """
 
 import argparse
@@ -23,7 +24,14 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.fold_films import FILMS, LINE_FILMS, MORE_FILMS, FoldFilm, fold_film
+from benchmarks.fold_films import (
+    FILMS,
+    LINE_FILMS,
+    MORE_FILMS,
+    STEERED_FILMS,
+    FoldFilm,
+    fold_film,
+)
 from benchmarks.fold_overlays import write_contact_sheet
 from worm_msgs_py import TrackedFrame
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
@@ -321,9 +329,9 @@ def _cells(figures_of_film: dict[str, Any]) -> list[str]:
 def main() -> None:
     """Measure the films that are asked for, by default all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--worm", help="4001 … 4006, or open")
+    parser.add_argument("--worm", help="4001 … 4006, open, or s and a seed")
     parser.add_argument(
-        "--look", default="", help="one_shade, darker, coarse, skin, thin_tail, lines"
+        "--look", default="", help="one_shade, darker, coarse, skin, thin_tail, lines, steered"
     )
     parser.add_argument("--frames", type=int, default=0, help="only the first so many")
     parser.add_argument("--jobs", type=int, choices=(1, 2), default=1)
@@ -334,7 +342,7 @@ def main() -> None:
     asked = parser.parse_args()
     films = [
         film
-        for film in (*FILMS, *MORE_FILMS, *LINE_FILMS)
+        for film in (*FILMS, *MORE_FILMS, *LINE_FILMS, *STEERED_FILMS)
         if asked.worm in (None, film[0]) and film[1].startswith(asked.look)
     ]
     if not films:

@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchmarks import fold_films
+from benchmarks.drawn_by_distance import DistanceLook, steered_pictures
 from benchmarks.drawn_lines import POINTS, LineLook, coverage, light_and_wall, picture_of
 from benchmarks.fold_films import fold_film
+from benchmarks.steered_path import RADIUS_MM
+from benchmarks.steered_worm import SteeredWorm, steered_worm
 
 
 def test_a_film_is_kept_with_its_truth_until_the_drawing_changes(tmp_path, monkeypatch):
@@ -63,3 +66,33 @@ def test_a_line_is_as_broad_as_it_is_said_to_be(width, heading):
     covered = coverage(line, np.full(len(line), width), (200, 200))
     ends = np.pi / 4 * width**2
     assert (covered.sum() - ends) / 160.0 == pytest.approx(width, abs=0.27)
+
+
+def test_a_steered_worm_stays_in_the_chamber_and_keeps_about_its_length():
+    worm = steered_worm(24)
+    again = steered_worm(24)
+    np.testing.assert_array_equal(worm.midlines_mm, again.midlines_mm)
+    assert np.hypot(*np.moveaxis(worm.midlines_mm, 2, 0)).max() < RADIUS_MM
+    lengths = np.hypot(*np.moveaxis(np.diff(worm.midlines_mm, axis=1), 2, 0)).sum(axis=1)
+    assert np.abs(np.log(lengths / lengths.mean())).max() < 0.15
+    moved = np.hypot(*np.moveaxis(np.diff(worm.midlines_mm, axis=0), 2, 0))
+    assert moved.max() < worm.width_mm.max()
+
+
+@pytest.mark.parametrize("is_one_shade", [False, True])
+def test_a_body_drawn_by_distance_is_as_broad_as_it_is_and_darker_where_it_crosses(is_one_shade):
+    along = np.linspace(-5.0, 5.0, 200)
+    there = np.stack([along, np.zeros(200)], axis=1)
+    back = np.stack([np.zeros(201), np.linspace(5.0, -5.0, 201)], axis=1)
+    line_mm = np.concatenate([there, back])
+    worm = SteeredWorm(line_mm[np.newaxis], np.full(401, 0.6), np.ones(401))
+    look = DistanceLook(px_per_mm=20.0, noise=0.0, is_one_shade=is_one_shade)
+    (picture, line), *_ = steered_pictures(worm, look, seed=0)
+    u, v = np.rint(look.centre).astype(int)
+    once, twice = float(picture[v, u - 40]), float(picture[v, u])
+    assert (twice < 0.7 * once) is not is_one_shade
+    across = picture[v - 12 : v + 13, u - 40].astype(float)
+    depth = -np.log(across / np.median(across[[0, 1, -2, -1]]))
+    dye = 0.35 + 0.65 * np.pi / 4  # of a cylinder, mean over its width
+    assert depth.sum() / look.depth == pytest.approx(0.6 * 20.0 * dye, rel=0.1)
+    assert np.hypot(*np.diff(line, axis=0).T).max() > 1
