@@ -144,3 +144,22 @@ def test_what_lies_outside_a_loop_in_doubt_is_told(end_sd_widths, status):
     back = told.reversed()
     assert back.in_doubt == (n - behind, n - first)
     assert back.reversed().in_doubt == told.in_doubt
+
+
+@pytest.mark.parametrize(
+    ("in_doubt", "is_known"),
+    [
+        pytest.param(None, True, id="no loop in doubt"),
+        pytest.param((0.3, 0.8), True, id="a loop between ends that are told"),
+        pytest.param((0.02, 0.7), False, id="a loop that takes in an end"),
+        pytest.param((0.01, 0.99), False, id="nearly all of the body"),
+    ],
+)
+def test_widths_tell_the_order_of_ends_that_lie_in_no_loop_in_doubt(in_doubt, is_known):
+    width = 15.0
+    path = kinked_loop(2.5, width)
+    search = search_after(path, width, 1, loops_known=False)
+    body = PropagatedBody(
+        path, 0.95, 0.95, 0j, (1.0, 1.0), loop_in_doubt=in_doubt, order_known=True
+    )
+    assert observation_of(body, search.model, 0.95, PropagationSettings()).order_known is is_known

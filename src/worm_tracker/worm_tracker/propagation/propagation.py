@@ -110,8 +110,16 @@ def observation_of(
         seen_end_sd_px=body.end_sd_px,
         in_doubt=_points_of(body.loop_in_doubt, len(body.points)),
         over_limits=body.over_limits,
-        order_known=body.order_known and body.loops_known and not (first or last),
+        order_known=body.order_known and _ends_told(body, settings) and not (first or last),
     )
+
+
+def _ends_told(body: PropagatedBody, settings: PropagationSettings) -> bool:
+    """Tell whether enough of a body at either end lies in no loop in doubt for its widths to tell."""
+    if body.loop_in_doubt is None:
+        return True
+    first, last = body.loop_in_doubt
+    return min(first, 1 - last) > settings.least_told_at_ends
 
 
 def _points_of(part: tuple[float, float] | None, count: int) -> tuple[int, int]:

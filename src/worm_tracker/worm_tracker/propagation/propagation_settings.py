@@ -97,6 +97,9 @@ class PropagationSettings:
     least_ends_kept: float = 0.95
     """How probable it is at least that ends were not taken for each other, for what lies between
     them to be passed as it was."""
+    least_told_at_ends: float = 0.08
+    """Part of a body's length at either end, beyond loops in doubt, by whose widths its order may
+    be told: most of a body that is turned round with a loop tells the wrong one."""
     least_marks: float = 0.06
     """How far a skin's signal differs along it, over itself, from which on it has marks: they hide
     where two strands lie on each other."""
