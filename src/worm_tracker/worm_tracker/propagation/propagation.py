@@ -115,7 +115,7 @@ def observation_of(
 
 
 def _ends_told(body: PropagatedBody, settings: PropagationSettings) -> bool:
-    """Tell whether enough of a body at either end lies in no loop in doubt for its widths to tell."""
+    """Tell whether enough of either end lies in no loop in doubt for the widths to tell."""
     if body.loop_in_doubt is None:
         return True
     first, last = body.loop_in_doubt
