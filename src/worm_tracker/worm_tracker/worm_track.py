@@ -55,6 +55,8 @@ class PropagatedBody:
         Whether a shorter body, without a way there and back, would explain its object as well.
     was_slid : bool
         Whether it was slid along itself from the picture before, so that its ends are those there.
+    held : HeldBody or None
+        The last body that explained its picture, where this one does not.
     """
 
     path: BodyPath
@@ -70,6 +72,7 @@ class PropagatedBody:
     whole_ends: tuple[bool, bool] = (False, False)
     hides_slack: bool = False
     was_slid: bool = False
+    held: "HeldBody | None" = None
 
     @property
     def points(self) -> Floats:
@@ -85,6 +88,29 @@ class PropagatedBody:
     def is_explained(self) -> bool:
         """Whether it explains its object, and no other body does that is known to."""
         return self.over_limits <= 1 and not (self.frames_unexplained or self.hides_slack)
+
+    def transformed(self, motion: Floats) -> "PropagatedBody":
+        """Return the body where an affine map (2, 3) of the picture takes it."""
+        held = self.held
+        if held is not None:
+            held = replace(held, body=held.body.transformed(motion))
+        return replace(self, path=self.path.transformed(motion), held=held)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class HeldBody:
+    """The last body that explained its picture.
+
+    Attributes
+    ----------
+    body : PropagatedBody
+    was_slid : bool
+        Whether each of those that were followed from it was slid along the one before: their ends
+        are its own.
+    """
+
+    body: PropagatedBody
+    was_slid: bool = True
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -141,7 +167,7 @@ class LastBodies:
         )
         propagated = self.propagated
         if propagated is not None:
-            propagated = replace(propagated, path=propagated.path.transformed(motion))
+            propagated = propagated.transformed(motion)
         return LastBodies(last, before, propagated, self.path_number)
 
 

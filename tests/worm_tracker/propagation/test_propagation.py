@@ -5,6 +5,7 @@ from collections import Counter
 from dataclasses import replace
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 from body_searches import candidate, kinked_loop, search_after
@@ -98,6 +99,23 @@ def test_a_film_that_begins_with_a_loop_is_told_by_the_frames_after_it():
     errors = errors[np.isfinite(errors)]
     assert np.median(errors) < 0.4
     assert np.percentile(errors, 95) < 1.3
+
+
+@pytest.mark.parametrize("hidden", [range(76, 78), range(74, 76)])
+def test_a_way_back_goes_on_behind_pictures_that_do_not_show_the_body(hidden):
+    """A shadow of several body widths lies on the worm in them, where it crosses itself."""
+    pictures, truth = filmed("crossing_of_one_shade", 110, first=68)
+    for frame in hidden:
+        true = truth[frame - 68]
+        at = round(true.centroid_u_px), round(true.centroid_v_px)
+        cv2.circle(pictures[frame - 68], at, 25, 60, -1)
+    _, given = tracked(pictures)
+    behind = slice(0, hidden.start - 68)
+    assert all(one.state.status is not Status.COILED for one in given[behind])
+    errors = midline_errors(given, truth)[behind]
+    assert np.median(errors[np.isfinite(errors)]) < 0.4
+    shown = [given[frame - 68].state.status for frame in hidden]
+    assert set(shown) == {Status.COILED}
 
 
 def test_a_loop_waits_for_no_longer_than_it_may_and_its_centroid_is_that_of_its_pixels():

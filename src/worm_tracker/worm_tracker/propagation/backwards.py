@@ -6,6 +6,7 @@ backwards in time from the first frame that has one again: a worm that opens tel
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.detection.detection import Detection
@@ -16,9 +17,10 @@ from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.strand_exchange import doubtful_loops, part_of
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.held_body import found_from_held
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
 from worm_tracker.propagation.overlaps import as_dark_as, as_dark_as_followed
-from worm_tracker.propagation.propagation import coiled, observation_of, propagate
+from worm_tracker.propagation.propagation import coiled, observation_of, propagate_from
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -79,6 +81,7 @@ class BackwardPropagation:
         self._before: Floats | None = None
         self._path_numbers, self._path_number = path_numbers, next(path_numbers)
         self._fits = 0
+        self._frames_lost = 0
         self._left = list(reversed(detections))
 
     @property
@@ -102,11 +105,11 @@ class BackwardPropagation:
             detection, self._model, self._last.points, settings.pale_ends
         )
         self._model = model = as_dark_as(detection, self._model, settings)
-        found = self._find(detection, past.frames)
-        lost = found is None or found.over_limits > settings.lost_over_limits
-        if found is None or lost:
-            self._left = []
-            raise StopIteration
+        frames = past.frames + self._frames_lost
+        found = found_from_held(partial(self._find, detection), self._last, frames, settings)
+        if found is None or found.over_limits > settings.lost_over_limits:
+            return self._lose(detection, past.frames)
+        self._frames_lost = 0
         if not found.was_slid:
             self._path_number = next(self._path_numbers)
         self._model = as_dark_as_followed(detection, model, found, settings)
@@ -117,9 +120,19 @@ class BackwardPropagation:
         self._before, self._last = self._last.points, found
         return observation if sure else coiled(detection, observation)
 
-    def _find(self, detection: Detection, frames: int) -> PropagatedBody | None:
-        """Find the body in a picture, from where it was in the one after it."""
-        model, last, settings = self._model, self._last, self._settings
+    def _lose(self, detection: Detection, frames: int) -> Observation:
+        """Take a picture in which the body is not found: from where it was the next may show it."""
+        self._frames_lost += frames
+        if self._frames_lost > self._settings.most_frames_lost_backwards:
+            self._left = []
+            raise StopIteration
+        return coiled(detection)
+
+    def _find(
+        self, detection: Detection, last: PropagatedBody, frames: int
+    ) -> PropagatedBody | None:
+        """Find the body in a picture, from where it was so many frames after it."""
+        model, settings = self._model, self._settings
         least = last.expected_agreement - settings.most_agreement_lost_backwards
         scene = CandidateSearch.of(detection, model, last, frames, settings)
         found = _slid_only(scene)
@@ -128,7 +141,8 @@ class BackwardPropagation:
         poor = found is None or found.agreement < least
         if poor and self._fits < settings.most_fits_backwards:
             self._fits += 1
-            found = propagate(detection, model, last, self._before, frames, None, settings)
+            before = self._before if last is self._last else None
+            found = propagate_from(detection, model, last, before, frames, None, settings)
         return found
 
 

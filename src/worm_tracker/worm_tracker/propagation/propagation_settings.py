@@ -130,6 +130,8 @@ class PropagationSettings:
     """What a body that is propagated backwards must have: nothing else supports it."""
     most_agreement_lost_backwards: float = 0.04
     """How much less than expected it may have."""
+    most_frames_lost_backwards: int = 12
+    """How long, in frames of 15 a second, it is looked for from where it was seen last."""
     most_fits_backwards: int = 12
     """Pictures in which a body may be fitted that does not slide there: many would take long."""
     least_log_odds_of_whole_end: float = 8.0
