@@ -47,6 +47,8 @@ class PropagatedBody:
         How many pictures lie between it and the last one that it explained; 0 where it explains
         this one. It stays, whatever is explained later, where its strands may have changed places
         meanwhile.
+    was_turned : bool
+        Whether a loop that is in doubt was passed the other way round since it was known.
     order_known : bool
         Whether its widths tell that its ends are in the order of the body model.
     whole_ends : tuple of bool
@@ -68,6 +70,7 @@ class PropagatedBody:
     straighter: float = 0.0
     loop_in_doubt: tuple[float, float] | None = None
     frames_unexplained: int = 0
+    was_turned: bool = False
     order_known: bool = False
     whole_ends: tuple[bool, bool] = (False, False)
     hides_slack: bool = False

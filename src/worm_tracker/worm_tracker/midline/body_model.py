@@ -198,6 +198,12 @@ class BodyModel:
         differs = self.profile_scatter > settings.most_profile_scatter
         return differs and self.looking_doubled > settings.most_looking_doubled
 
+    def end_width(self, last_end: bool, part_widths: float) -> float:
+        """Return the mean width of an end, pixels: of its last so many widths."""
+        widths = self.widths[::-1] if last_end else self.widths
+        per_point = self.length / (len(widths) - 1)
+        return float(widths[: max(3, round(part_widths * self.width / per_point))].mean())
+
     @property
     def is_learned(self) -> bool:
         """Whether widths and length are means of many frames."""

@@ -105,6 +105,7 @@ class CandidateSearch:
         first, last = found.end_sd_px
         lacks_first, lacks_last = self.ends_lack(found)
         model, width = self.model, self.model.width
+        in_doubt = self.loop_in_doubt(found)
         return PropagatedBody(
             path,
             found.agreement,
@@ -113,8 +114,9 @@ class CandidateSearch:
             (max(first, lacks_first * width), max(last, lacks_last * width)),
             self.over_limits(found),
             found.straighter,
-            self.loop_in_doubt(found),
+            in_doubt,
             self.frames_unexplained(found),
+            was_turned=in_doubt is not None and self.was_turned(found),
             order_known=self.order_known(found),
             hides_slack=self.hides_slack(found),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
@@ -179,10 +181,15 @@ class CandidateSearch:
 
     def loop_in_doubt(self, found: Candidate) -> tuple[float, float] | None:
         """Return the part of a body that lies in loops which may be passed either way round."""
+        body, settings, turned = self.body, self.settings, self.was_turned(found)
         may_be_known = self.is_followed and not found.was_exchanged
-        end_sd_px = end_sd_px_of(self.body, self.model, self.settings)
-        body, width = self.body, self.model.width
-        return loop_in_doubt(found.path, body, may_be_known, end_sd_px, width, self.settings)
+        lost_rad2 = settings.bend_lost_of_turned_rad2 if turned else settings.bend_lost_rad2
+        sd_px, width = end_sd_px_of(body, self.model, settings), self.model.width
+        return loop_in_doubt(found.path, body, may_be_known, lost_rad2, sd_px, width, settings)
+
+    def was_turned(self, found: Candidate) -> bool:
+        """Tell whether loops in doubt were passed the other way round since they were known."""
+        return found.was_exchanged or self.body.was_turned
 
     def over_limits(self, found: Candidate) -> float:
         """Return how many times what may be left over is."""
@@ -287,7 +294,7 @@ class CandidateSearch:
                 self.seen.mask,
                 found.unexplained.wanted,
                 self.model.width,
-                self.end_width(last_end),
+                self.model.end_width(last_end, self.settings.end_part_widths),
                 last_end,
                 self.settings.regrow,
             )
@@ -297,13 +304,6 @@ class CandidateSearch:
             if slid is not None and slid.unexplained.total < found.unexplained.total:
                 found = slid
         return found
-
-    def end_width(self, last_end: bool) -> float:
-        """Return the mean width of the body's last few widths, in pixels."""
-        widths = self.model.widths[::-1] if last_end else self.model.widths
-        per_point = self.model.length / (len(widths) - 1)
-        count = max(3, round(self.settings.end_part_widths * self.model.width / per_point))
-        return float(widths[:count].mean())
 
     def best(
         self, slid: Candidate | None, starts: list[Floats], contour_body: RefinedMidline | None

@@ -13,6 +13,7 @@ def loop_in_doubt(
     path: BodyPath,
     before: PropagatedBody,
     was_followed: bool,
+    bend_lost_rad2: float,
     end_sd_px: tuple[float, float],
     width: float,
     settings: PropagationSettings,
@@ -31,6 +32,8 @@ def loop_in_doubt(
         Where it lay in the picture before.
     was_followed : bool
         Whether it was slid from there, its strands as they were.
+    bend_lost_rad2 : float
+        How much less straight the other way past a loop may be and still be in doubt.
     end_sd_px : tuple of float
         How surely its ends were where they were said to be there.
     width : float
@@ -43,7 +46,7 @@ def loop_in_doubt(
         From where to where, parts of its length; None where all is known.
     """
     loops = doubtful_loops(
-        path, width, settings.doubt, -settings.bend_lost_rad2, settings.least_breadth_widths
+        path, width, settings.doubt, -bend_lost_rad2, settings.least_breadth_widths
     )
     if not loops and _is_left_by_end(path, before, width, settings):
         return before.loop_in_doubt

@@ -106,6 +106,8 @@ class PropagationSettings:
     bend_lost_rad2: float = 0.15
     """How much less straight the other way past a loop may be and still be in doubt: bends are
     measured to so much, less well where marks hide where two strands lie on each other."""
+    bend_lost_of_turned_rad2: float = 1.0
+    """The same once such a loop was turned round: of broad ones about half are right then."""
     most_frames_followed: int = 3
     """From a picture so many frames of 15 a second ago a body is followed with its ends and loops:
     a few may be missing, or the camera be slow."""
