@@ -47,9 +47,9 @@ def test_the_last_body_that_explained_its_picture_is_held_while_none_does():
 
 @pytest.mark.parametrize(
     ("followed", "from_held", "is_held"),
-    [(2.0, 0.4, True), (0.9, 0.4, True), (0.3, 0.4, False), (2.0, 1.1, False), (None, 0.4, True)],
+    [(2.0, 0.4, True), (0.9, 0.4, False), (2.0, 1.1, False), (None, 0.4, True)],
 )
-def test_a_body_is_found_from_the_one_held_where_that_leaves_less_and_explains(
+def test_a_body_is_found_from_the_one_held_where_only_that_explains_the_picture(
     followed, from_held, is_held
 ):
     last = unexplained(2, HeldBody(EXPLAINED))
@@ -57,7 +57,8 @@ def test_a_body_is_found_from_the_one_held_where_that_leaves_less_and_explains(
     other = replace(EXPLAINED, over_limits=from_held)
     find, calls = asked([one, other])
     found = found_from_held(find, last, 1, SETTINGS)
-    assert calls == [(last, 1), (EXPLAINED, 3)]
+    assert calls[0] == (last, 1)
+    assert calls[1:] in ([], [(EXPLAINED, 3)])
     assert found.over_limits == (from_held if is_held else followed)
 
 
@@ -67,7 +68,7 @@ def test_ends_are_those_of_the_last_picture_only_if_all_since_the_one_held_were_
         asked([unexplained(1, None, was_slid=was_slid)])[0], EXPLAINED, 1, SETTINGS
     )
     last = found_from_held(asked([unexplained(2, None), None])[0], last, 1, SETTINGS)
-    found = found_from_held(asked([last, EXPLAINED])[0], last, 1, SETTINGS)
+    found = found_from_held(asked([replace(last, held=None), EXPLAINED])[0], last, 1, SETTINGS)
     assert found.over_limits == EXPLAINED.over_limits
     assert found.was_slid is was_slid
 

@@ -22,8 +22,7 @@ def found_from_held(
 ) -> _Body:
     """Find a body in a picture from the last one, or from the one that is held.
 
-    The latter where only it leads to one that explains the picture, or to one that leaves less
-    over.
+    The latter where only it leads to one that explains the picture.
 
     Parameters
     ----------
@@ -41,9 +40,9 @@ def found_from_held(
         What `find` gives. Where it does not explain its picture it holds the last one that did.
     """
     found, held = find(last, frames), last.held
-    if held is not None:
+    if held is not None and not _explains(found):
         other = find(held.body, last.frames_unexplained + frames)
-        if other is not None and other.over_limits <= 1 and _leaves_less(other, found):
+        if other is not None and _explains(other):
             found = replace(other, was_slid=other.was_slid and held.was_slid)
     if found is None or not 0 < found.frames_unexplained <= settings.most_frames_unexplained:
         return found
@@ -53,5 +52,5 @@ def found_from_held(
     return replace(found, held=held)
 
 
-def _leaves_less(one: PropagatedBody, other: PropagatedBody | None) -> bool:
-    return other is None or one.over_limits < other.over_limits
+def _explains(found: PropagatedBody | None) -> bool:
+    return found is not None and found.over_limits <= 1
