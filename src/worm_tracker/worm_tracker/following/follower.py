@@ -33,6 +33,7 @@ from worm_tracker.midline.refine import RefinedMidline, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import BackwardPropagation, PastDetection
+from worm_tracker.propagation.held_body import found_from_held
 from worm_tracker.propagation.overlaps import as_dark_as, as_dark_as_followed, darkening_of
 from worm_tracker.propagation.propagation import coiled, observation_of, propagate
 from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
@@ -329,9 +330,14 @@ class Follower:
         start = bodies.to_propagate(
             last, model.width, settings.propagation.first_expected_agreement
         )
-        found = propagate(
-            detection, model, start, bodies.before, frames, contour_body, settings.propagation
-        )
+
+        def find(body: PropagatedBody, ago: int) -> PropagatedBody:
+            before = bodies.before if body is start else None
+            return propagate(
+                detection, model, body, before, ago, contour_body, settings.propagation
+            )
+
+        found = found_from_held(find, start, frames, settings.propagation)
         if found.agreement < settings.least_agreement:
             return coiled(detection), None
         track.learn(as_dark_as_followed(detection, model, found, settings.propagation))

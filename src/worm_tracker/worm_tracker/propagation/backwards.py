@@ -20,7 +20,7 @@ from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.held_body import found_from_held
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
 from worm_tracker.propagation.overlaps import as_dark_as, as_dark_as_followed
-from worm_tracker.propagation.propagation import coiled, observation_of, propagate_from
+from worm_tracker.propagation.propagation import coiled, observation_of, propagate
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -142,7 +142,7 @@ class BackwardPropagation:
         if poor and self._fits < settings.most_fits_backwards:
             self._fits += 1
             before = self._before if last is self._last else None
-            found = propagate_from(detection, model, last, before, frames, None, settings)
+            found = propagate(detection, model, last, before, frames, None, settings)
         return found
 
 

@@ -19,7 +19,6 @@ from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
-from worm_tracker.propagation.held_body import found_from_held
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -58,24 +57,6 @@ def propagate(
     along itself; where that does not explain the object about as well as before, a deformable body
     is fitted, and slid once more where it was found, which brings it below a pixel.
     """
-
-    def find(body: PropagatedBody, frames: int) -> PropagatedBody:
-        start = before if body is last else None
-        return propagate_from(detection, model, body, start, frames, contour_body, settings)
-
-    return found_from_held(find, last, frames, settings)
-
-
-def propagate_from(
-    detection: Detection,
-    model: BodyModel,
-    last: PropagatedBody,
-    before: Floats | None,
-    frames: int,
-    contour_body: RefinedMidline | None,
-    settings: PropagationSettings,
-) -> PropagatedBody:
-    """Propagate it from that body alone, as `propagate` does."""
     scene = CandidateSearch.of(detection, model, last, frames, settings)
     contracted = scene.contracted(contour_body)
     if contracted is not None:
