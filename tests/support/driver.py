@@ -2,8 +2,9 @@
 
     python driver.py TOPIC ENCODING reliable|best_effort [FIRST]
 
-It waits until somebody listens. Then each line on standard input is a command: `COUNT` publishes so
-many pictures, a hundredth of a second apart, `burst COUNT` all at once.
+It says `publishes` and waits until somebody listens. Then each line on standard input is a
+command: `COUNT` publishes so many pictures, a hundredth of a second apart, `burst COUNT` all at
+once.
 """
 
 import sys
@@ -52,6 +53,7 @@ def main():
     policy = ReliabilityPolicy[reliability.upper()]
     qos = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=10, reliability=policy)
     publisher = node.create_publisher(kind, topic, qos)
+    print("publishes", flush=True)
     while not publisher.get_subscription_count():
         rclpy.spin_once(node, timeout_sec=0.05)
     number = int(first[0]) if first else 0

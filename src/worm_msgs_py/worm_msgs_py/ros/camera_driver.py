@@ -16,6 +16,10 @@ from worm_msgs_py.ros.running import TICK_S, stop_on_signals
 _MESSAGES = {"sensor_msgs/msg/Image": Image, "sensor_msgs/msg/CompressedImage": CompressedImage}
 _DISCOVERY_TICKS = 100
 """Ten seconds: a driver with default settings and our graph find each other within three."""
+_SETTLED_TICKS = 20
+"""Two seconds: we announce ourselves once a second, and every driver on this machine answers."""
+_NOT_YET_NAMED = "_NODE_NAME_UNKNOWN_"
+"""rmw's name of a node whose publisher is known before it is: nodes are told by a topic."""
 
 
 def hear_driver(node: Node, topic: str, take: Callable[[Any, int], None], depth: int) -> None:
@@ -69,23 +73,39 @@ def _own_topics(node: Node) -> list[str]:
 
 def _find_driver(node: Node, topic: str) -> TopicEndpointInfo:
     """Return the one publisher of pictures on a topic; wait until it is found."""
-    with stop_on_signals() as stop:
-        for _ in range(_DISCOVERY_TICKS):
-            found = node.get_publishers_info_by_topic(topic)
-            if found or stop.wait(TICK_S):
-                break
-        if stop.is_set():
-            raise KeyboardInterrupt
+    found = _wait_for_publishers(node, topic)
     if not found:
         raise BadInput(f"{topic}: nobody publishes there; {_whats_there(node)}")
     if len(found) > 1:
-        nodes = " and ".join(sorted(one.node_name for one in found))
+        nodes = " and ".join(sorted(_shown_name(one) for one in found))
         raise BadInput(f"{topic}: {nodes} publish there; a trial has one camera")
     if found[0].topic_type not in _MESSAGES:
         raise BadInput(
             f"{topic}: is of type {found[0].topic_type}; pictures are {' or '.join(_MESSAGES)}"
         )
     return found[0]
+
+
+def _wait_for_publishers(node: Node, topic: str) -> list[TopicEndpointInfo]:
+    """Return who publishes on a topic: two at once, one alone after two seconds of no other."""
+    found: list[TopicEndpointInfo] = []
+    alone_ticks = 0
+    with stop_on_signals() as stop:
+        for _ in range(_DISCOVERY_TICKS):
+            found = node.get_publishers_info_by_topic(topic)
+            alone_ticks = alone_ticks + 1 if len(found) == 1 else 0
+            is_all = len(found) > 1 or alone_ticks > _SETTLED_TICKS
+            is_named = all(one.node_name != _NOT_YET_NAMED for one in found)
+            if (is_all and is_named) or stop.wait(TICK_S):
+                break
+        if stop.is_set():
+            raise KeyboardInterrupt
+    return found
+
+
+def _shown_name(publisher: TopicEndpointInfo) -> str:
+    is_named = publisher.node_name != _NOT_YET_NAMED
+    return publisher.node_name if is_named else "a node without a known name"
 
 
 def _whats_there(node: Node) -> str:
