@@ -1,12 +1,14 @@
 """What hangs on to an open body is debris, unless an end or a bend of the body may be missing."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import BodyResidualSettings
-from worm_tracker.midline.contour_body import explains_object
+from worm_tracker.midline.contour_body import explains_object, is_broad_at_end
 from worm_tracker.midline.curve import TRACKED_POINTS, as_points
 from worm_tracker.midline.path import evenly
 from worm_tracker.midline.refine import RefinedMidline
@@ -77,3 +79,22 @@ def test_a_known_worm_whose_end_is_a_hook_is_not_cut_at_its_bend(is_hook, is_all
     model = BodyModel.of(body, body.area, 1.0, BodyModelSettings())
     settings = BodyResidualSettings()
     assert explains_object(body, smooth, mask, False, model, settings) is is_all
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+@pytest.mark.parametrize(
+    ("broader", "at_end", "is_broad"),
+    [
+        pytest.param(1.0, 1.2, True, id="broader at an end than the worm is"),
+        pytest.param(1.0, 1.05, False, id="hardly broader at an end"),
+        pytest.param(1.2, 1.0, False, id="contracted: broader all along"),
+        pytest.param(1.2, 1.2, True, id="contracted, and broader still at an end"),
+    ],
+)
+def test_an_end_that_is_bent_back_makes_a_body_broad_there(broader, at_end, is_broad, is_first):
+    body = refined(kinked(0.2))
+    model = BodyModel.of(body, body.area, 1.0, BodyModelSettings())
+    near = np.abs(np.diff(kinked(0.2))).sum() * np.linspace(0, 1, TRACKED_POINTS) < 1.5 * WIDTH
+    near = near if is_first else near[::-1]
+    found = replace(body, widths=body.widths * broader * np.where(near, at_end, 1.0))
+    assert is_broad_at_end(found, model, BodyResidualSettings()) is is_broad

@@ -22,7 +22,7 @@ from worm_tracker.midline.body_model import (
     mean_width,
 )
 from worm_tracker.midline.body_shade import shade_along
-from worm_tracker.midline.contour_body import explains_object
+from worm_tracker.midline.contour_body import explains_object, is_broad_at_end
 from worm_tracker.midline.contour_midline import (
     ContourMidline,
     contour_midline,
@@ -226,7 +226,7 @@ class Follower:
         if model and darkening_of(detection, model, least, residual) is not None:
             return None
         seen = found
-        if model and log(model.length / length_of(found.points)) > settings.most_log_shortening:
+        if model and self._may_hide_end(found, model):
             folded = True  # an end that lies on the body leaves a bend, blunter than an end
             seen = replace(found, widths=np.minimum(found.widths, model.widths))
         checked = folded or agreement < settings.agreement_of_all
@@ -240,6 +240,12 @@ class Follower:
             residual,
         )
         return found if explains else None
+
+    def _may_hide_end(self, found: RefinedMidline, model: BodyModel) -> bool:
+        """Tell whether an end may lie on the body: it is short, or broad where it ends."""
+        if log(model.length / length_of(found.points)) > self._settings.most_log_shortening:
+            return True
+        return model.is_learned and is_broad_at_end(found, model, self._settings.residual)
 
     def _comes_reversed(self, found: RefinedMidline) -> bool:
         """Tell whether an open body's ends are in the other order than those of the body known.

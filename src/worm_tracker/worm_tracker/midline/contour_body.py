@@ -58,6 +58,28 @@ def explains_object(
     return differs.total < most
 
 
+def is_broad_at_end(
+    found: RefinedMidline, model: BodyModel, settings: BodyResidualSettings
+) -> bool:
+    """Tell whether a body is broader at an end than the worm: that may be a bend beside its end.
+
+    An end that is bent back on itself makes the object broad there, and so the body found in it.
+
+    Parameters
+    ----------
+    found : RefinedMidline
+        In the order of the body model's widths.
+    model : BodyModel
+    settings : BodyResidualSettings
+    """
+    step = length_of(found.points) / (len(found.points) - 1)
+    near = 1 + round(settings.broad_end_widths * model.width / step)
+    scale = mean_width(found.widths) / mean_width(model.widths)
+    over_px2 = (found.widths - scale * model.widths) * step
+    most_px2 = settings.most_broader_at_end_widths2 * model.width**2
+    return bool(max(over_px2[:near].sum(), over_px2[-near:].sum()) > most_px2)
+
+
 def _lacks_end(
     found: RefinedMidline,
     differs: Unexplained,
