@@ -12,6 +12,7 @@ from worm_tracker.midline.self_cover import (
     ends_kept,
     ends_on_body,
     lies_near_itself,
+    strands_at_ends,
 )
 
 SETTINGS = SelfCoverSettings()
@@ -140,3 +141,18 @@ def test_ends_in_one_place_may_be_either_and_those_that_are_seen_are_kept():
     ring = np.array([[7.0, 7.0], [0.0, 0.0], [7.0, 7.0]])
     assert ends_kept(ring, (0.0, 3.0)) == 0.5
     assert ends_kept(ring, (0.0, 0.0)) == 1.0
+
+
+@given(width=WIDTHS, heading=HEADINGS, beside=st.floats(-0.4, 0.4))
+@settings(max_examples=25)
+def test_strands_that_pass_an_end_are_counted(width, heading, beside):
+    """From its first end a body goes away and comes back over it, once, twice or not at all."""
+    turn, aside = width * np.exp(1j * heading), 1j * beside
+    away, once = [0.0, 6.0], [6 + 4j + aside, -6 - 4j + aside]
+    again = [-6 + 4j + aside, 6 - 4j + aside]
+    for corners, strands in ((away, 0), (away + once, 1), (away + once + again, 2)):
+        legs = 200 + 200j + turn * np.array(corners)
+        s = np.r_[0.0, np.cumsum(np.abs(np.diff(legs)))]
+        path, step = np.interp(np.linspace(0, s[-1], 400), s, legs), s[-1] / 399
+        assert strands_at_ends(path, 0.6 * width, width, step) == (strands, 0)
+        assert strands_at_ends(path[::-1], 0.6 * width, width, step) == (0, strands)

@@ -51,6 +51,16 @@ def test_of_one_shade_an_end_on_the_body_is_no_surer_than_the_length(darkening):
     assert last == 1.0, "it lies clear of the body"
 
 
+@pytest.mark.parametrize(("crossing", "is_hidden"), [(True, True), (False, False)])
+def test_an_end_where_two_other_strands_cross_is_hidden(crossing, is_hidden):
+    """Of one strand on another it is seen how dark both are; a third makes that hardly darker."""
+    away, back, again = [0.0, 6.0], [6 + 4j, -6 - 4j], [-6 + 4j, 6 - 4j]
+    legs = 200 + 200j + WIDTH * np.array(away + back + (again if crossing else []))
+    s = np.r_[0.0, np.cumsum(np.abs(np.diff(legs)))]
+    path = BodyPath(np.interp(np.linspace(0, s[-1], 400), s, legs))
+    assert end_sds(path, (1.0, 1.0)) == (WIDTH if is_hidden else 1.0, 1.0)
+
+
 @pytest.mark.parametrize(
     ("over_limits", "in_doubt", "is_stricter"),
     [(0.5, (0.3, 0.8), True), (0.2, (0.3, 0.8), False), (0.5, None, False)],

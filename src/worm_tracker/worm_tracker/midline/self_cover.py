@@ -125,6 +125,31 @@ def ends_on_body(
     return bool(first.any()), bool(last.any())
 
 
+def strands_at_ends(path: Complex, near_px: float, width: float, step: float) -> tuple[int, int]:
+    """Return how many other strands of a body pass each of its ends.
+
+    Parameters
+    ----------
+    path : ndarray of complex, shape (n,)
+        At equal steps, u + iv.
+    near_px : float
+        How near their middles pass it.
+    width : float
+        The body's, pixels: another strand is two of them along the body from the end, or more, and
+        one from the next.
+    step : float
+        Distance of the path's points, pixels.
+    """
+    first, last = (_strands_at_start(curve, near_px, width, step) for curve in (path, path[::-1]))
+    return first, last
+
+
+def _strands_at_start(path: Complex, near_px: float, width: float, step: float) -> int:
+    near = np.flatnonzero(abs(path - path[0]) < near_px)
+    near = near[near * step > 2 * width]
+    return int(near.size > 0) + int((np.diff(near) * step > width).sum())
+
+
 def ends_kept(points: Floats, end_sd_px: tuple[float, float]) -> float:
     """Return the probability, 0.5 to 1, that no end of a body was taken for its other one.
 

@@ -8,7 +8,11 @@ from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.end_marks import log_odds_of_whole_end
 from worm_tracker.midline.path import BodyPath
-from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
+from worm_tracker.midline.self_cover import (
+    ends_on_body,
+    lies_near_itself,
+    strands_at_ends,
+)
 from worm_tracker.propagation.overlaps import is_marked, marked_ends, overlaps_tell
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -21,6 +25,7 @@ def end_sd_px_of(
 
     The picture does not tell an end that lies on the body where overlaps are no darker, nor one so
     pale that it adds little, unless its marks do: edges of what it lies on are taken for its own.
+    Nor does it where two other strands cross: three layers are not told from two.
     It is no surer than the length agrees with the known one, and than the worm keeps its length.
     Nor are two that coincide, either of which may be the other, nor is a pale one of a folded body
     shorter than a stroke makes it: the object may have been seen without it, unless its marks tell
@@ -37,7 +42,7 @@ def end_sd_px_of(
     if coincide and max(body.end_sd_px) > settings.most_end_sd_of_coinciding_widths * model.width:
         return model.width, model.width
     by_marks = _told_by_marks(body, model, settings)
-    first, last = (
+    sd_px = [
         sd if on and marks else max(sd, off * ((on and (pale or not dark)) or (pale and short)))
         for sd, on, pale, short, marks in zip(
             body.end_sd_px,
@@ -47,6 +52,12 @@ def end_sd_px_of(
             by_marks,
             strict=True,
         )
+    ]
+    crossing_px = settings.near_crossing_widths * model.width
+    others = strands_at_ends(body.path.curve, crossing_px, model.width, body.path.step)
+    first, last = (
+        max(sd, model.width) if strands > 1 else sd
+        for sd, strands in zip(sd_px, others, strict=True)
     )
     return first, last
 
