@@ -33,6 +33,7 @@ from worm_tracker.parameters import TrackerParameters
 from worm_tracker.propagation.opening import AgreementSettings
 from worm_tracker.waiting.frame_queue import FrameQueue
 from worm_tracker.waiting.frame_state import PendingFrame
+from worm_tracker.waiting.leaping_ends import LeapingEnds, LeapingEndsSettings
 from worm_tracker.worm_track import WormTrack
 
 
@@ -53,6 +54,7 @@ class TrackerSettings:
     that takes fits beside a new frame of 30 a second, and a live trial skips none for it."""
     agreement: AgreementSettings = field(default_factory=AgreementSettings)
     """When the way into a fold and the way back out of it confirm each other."""
+    leaping_ends: LeapingEndsSettings = field(default_factory=LeapingEndsSettings)
     opencv_threads: int | None = 1
     """Threads of OpenCV in this process; None leaves them as they are. On windows as small as a
     worm's a second one takes as much of the processor again (a folded frame 10 ms, 17 with two),
@@ -137,6 +139,8 @@ class Tracker:
             most_frames_for_body=settings.most_frames_for_body,
             agreement=settings.agreement,
         )
+        self._leaping_ends = LeapingEnds(settings.leaping_ends)
+        self._statuses = Counter[Status]()
         self._advice = FailureAdvice(parameters)
         self._intervals = FrameIntervals(settings.intervals)
         self.changes: list[GeometryChange] = []
@@ -157,7 +161,7 @@ class Tracker:
     @property
     def statuses(self) -> Counter[Status]:
         """Frames given so far, by status."""
-        return self._queue.statuses
+        return self._statuses
 
     @property
     def advice(self) -> str:
@@ -172,7 +176,7 @@ class Tracker:
     @property
     def held(self) -> int:
         """Frames taken that have not been given yet."""
-        return len(self._queue)
+        return len(self._queue) + len(self._leaping_ends)
 
     @property
     def shape(self) -> tuple[int, ...] | None:
@@ -223,7 +227,7 @@ class Tracker:
         model = self._track.model
         if self._queue.is_due(model is not None and model.is_learned and not model.varies):
             self._go_back(self._settings.frames_back_per_frame)
-        return self._queue.release(self._body_in_doubt)
+        return self._give(self._queue.release(self._body_in_doubt))
 
     def swap_head(self) -> Exchange | None:
         """Exchange head and tail on an operator's word, for the rest of the trial.
@@ -259,7 +263,13 @@ class Tracker:
         if self._stages is None and self._not_found:
             raise self._not_found[-1]
         self._go_back()
-        return self._queue.finish(self._body_in_doubt)
+        return self._give(self._queue.finish(self._body_in_doubt), is_end=True)
+
+    def _give(self, frames: list[TrackedFrame], *, is_end: bool = False) -> list[TrackedFrame]:
+        """Return the frames of which it is known by now that no end leapt to them, and count."""
+        given = self._leaping_ends.push(frames, is_end=is_end)
+        self._statuses.update(frame.state.status for frame in given)
+        return given
 
     def _obey_requests(self) -> None:
         """Do what an operator asked for after the last picture, when these were first tracked."""

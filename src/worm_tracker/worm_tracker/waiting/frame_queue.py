@@ -1,6 +1,6 @@
 """Frames that wait: coils for a frame that tells how they lay, all for the head to be decided."""
 
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Sequence
 from math import ceil
 
@@ -42,8 +42,6 @@ class FrameQueue:
     ----------
     exchanges : list of Exchange
         Each time that head and tail were exchanged, by the tracker or by an operator.
-    statuses : Counter
-        Frames given so far, by status.
     """
 
     def __init__(
@@ -70,7 +68,6 @@ class FrameQueue:
         self._known_of_given = LEAST_CERTAINTY
         self._home = ""
         self.exchanges: list[Exchange] = []
-        self.statuses: Counter[Status] = Counter()
 
     def __len__(self) -> int:
         return len(self._linked) + len(self._waiting)
@@ -356,7 +353,6 @@ class FrameQueue:
             head_first, sure = not head_first, self._head_tail.certainty_by_word
         tracked = tracked_frame(pending, head_first, sure, self._px_per_mm, self._home)
         self._home = tracked.state.frame_id
-        self.statuses[pending.observation.status] += 1
         return tracked
 
 
