@@ -267,7 +267,8 @@ class Tracker:
 
     def _give(self, frames: list[TrackedFrame], *, is_end: bool = False) -> list[TrackedFrame]:
         """Return the frames of which it is known by now that no end leapt to them, and count."""
-        given = self._leaping_ends.push(frames, is_end=is_end)
+        most = self._parameters.hold_back_frames - len(self._queue)
+        given = self._leaping_ends.push(frames, most, is_end=is_end)
         self._statuses.update(frame.state.status for frame in given)
         return given
 

@@ -13,6 +13,7 @@ from worm_msgs_py.contract.body import BodyState, Keypoint, Midline, TrackedFram
 from worm_tracker.waiting.leaping_ends import LeapingEnds, LeapingEndsSettings
 
 WIDTH_PX = 20.0
+MANY = 256
 LINE = Midline(*(np.zeros(3) for _ in range(6)))
 
 
@@ -45,8 +46,8 @@ def given_by(frames, *, at_once=1):
     leaping_ends = LeapingEnds(LeapingEndsSettings())
     told = []
     for first in range(0, len(frames), at_once):
-        told += leaping_ends.push(frames[first : first + at_once])
-    return told + leaping_ends.push([], is_end=True)
+        told += leaping_ends.push(frames[first : first + at_once], MANY)
+    return told + leaping_ends.push([], MANY, is_end=True)
 
 
 def taken_back_in(frames, **how):
@@ -113,16 +114,29 @@ def test_exchanged_ends_are_no_leap():
 def test_an_open_worm_is_told_at_once():
     leaping_ends = LeapingEnds(LeapingEndsSettings())
     for frame in film():
-        assert leaping_ends.push([frame]) == [frame]
+        assert leaping_ends.push([frame], MANY) == [frame]
         assert len(leaping_ends) == 0
 
 
 def test_no_frame_waits_for_longer_than_a_leap_back_may_take():
     leaping_ends, most = LeapingEnds(LeapingEndsSettings()), 0
     for frame in film(off=range(15, 40), untold=[5]):
-        leaping_ends.push([frame])
+        leaping_ends.push([frame], MANY)
         most = max(most, len(leaping_ends))
     assert most == 8
+
+
+@pytest.mark.parametrize("most_held", [-2, 0, 3])
+def test_no_more_frames_wait_than_may(most_held):
+    """With `hold_back_frames` of 0 every frame is given at once, as it is."""
+    leaping_ends, told = LeapingEnds(LeapingEndsSettings()), []
+    frames = film(off=range(15, 20), untold=[5])
+    for frame in frames:
+        told += leaping_ends.push([frame], most_held)
+        assert len(leaping_ends) <= max(most_held, 0)
+    numbers = [frame.state.frame for frame in told]
+    assert numbers == list(range(len(told)))
+    assert (told == frames) is (most_held <= 0)
 
 
 @settings(max_examples=60, deadline=None)

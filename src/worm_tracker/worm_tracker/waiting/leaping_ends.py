@@ -53,12 +53,16 @@ class LeapingEnds:
     def __len__(self) -> int:
         return len(self._held)
 
-    def push(self, frames: Sequence[TrackedFrame], *, is_end: bool = False) -> list[TrackedFrame]:
+    def push(
+        self, frames: Sequence[TrackedFrame], most_held: int, *, is_end: bool = False
+    ) -> list[TrackedFrame]:
         """Take the next frames; return those of which it is known by now.
 
         Parameters
         ----------
         frames : sequence of TrackedFrame
+        most_held : int
+            Most frames that may wait: what is more is returned as it is.
         is_end : bool
             Whether none comes after them: then all that wait are returned.
         """
@@ -68,7 +72,7 @@ class LeapingEnds:
         verdicts = poses_in_doubt([*self._given, *self._held], self._settings, is_end=is_end)
         told = list[TrackedFrame]()
         for frame, in_doubt in zip(self._held, verdicts[len(self._given) :], strict=True):
-            if in_doubt is None:
+            if in_doubt is None and len(self._held) - len(told) <= most_held:
                 break
             told.append(taken_back(frame) if in_doubt else frame)
         self._given = [*self._given, *self._held[: len(told)]][-self._settings.most_frames - 3 :]
