@@ -65,7 +65,8 @@ class BodyResidualSettings:
     broad_end_widths: float = 2.0
     most_broader_at_end_widths2: float = 0.2
     """How far from an end a body that the contour gives may be broader than the worm, and by what
-    area: in nine films all of 17 whose end was more than 0.7 widths off had 0.2 to 0.3 more."""
+    area: in eight films the head of 21 of 60 such bodies was more than 0.6 widths off, of 4604
+    others of 4."""
     end_widths: float = 1.5
     bend_rad: float = 0.8
     """How far from its ends, and from bends that turn by so much within a width, something beside
