@@ -19,6 +19,8 @@ $(READY): requirements.lock pyproject.toml
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@echo "Compiling the tracker's inner loops..."
+	$(BIN)/python -c 'import worm_tracker.tracker'
 	@touch $@
 
 demo: $(READY) ## replay the example trial, pool it with twelve others, and write both reports

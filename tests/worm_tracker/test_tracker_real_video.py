@@ -58,10 +58,13 @@ def draw_body(shape, points, widths):
 
 @pytest.mark.parametrize("first", [60, 895])
 def test_a_real_coiling_worm_has_a_midline_that_covers_its_mask(first):
-    """Both stretches hold loops that close and open again."""
+    """Both stretches hold loops that close and open again.
+
+    Of a body whose end is hidden only the part that is told must lie on the mask.
+    """
     count = 120
     given = tracked_bag("wormtracer", first, count, no_chamber=True, polarity="bright")
-    overlaps = []
+    overlaps, on_mask = [], []
     with zipfile.ZipFile(BAGS / "wormtracer_masks.zip") as archive:
         for k, tracked in enumerate(given):
             midline, state = tracked.midline, tracked.state
@@ -73,11 +76,14 @@ def test_a_real_coiling_worm_has_a_midline_that_covers_its_mask(first):
             points = np.stack([midline.u_px, midline.v_px], axis=1)
             seen = np.isfinite(points).all(axis=1)
             body = draw_body(mask.shape, points[seen], midline.width_px[seen]) > 0
-            overlaps.append((mask & body).sum() / (mask | body).sum())
+            on_mask.append((mask & body).sum() / body.sum())
+            if seen.all():
+                overlaps.append((mask & body).sum() / (mask | body).sum())
     overlaps = np.array(overlaps)
     assert (overlaps > 0).mean() >= 0.9  # what a midline does not explain is told as coiled
     assert np.median(overlaps) > 0.85
-    assert (overlaps[overlaps > 0] > 0.7).mean() > 0.97
+    assert (overlaps[overlaps > 0] > 0.7).all()
+    assert min(on_mask) > 0.85
     bodies = [tracked for tracked in given if len(tracked.midline.u_px)]
     lengths = np.array([tracked.state.length_px for tracked in bodies])
     lengths = lengths[np.isfinite(lengths)]  # not that of a body with a hidden end

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from wall_distances import wall_distance_mm
 
-from worm_model.filament.compiled import compiled_and_kept, sources_number
 from worm_model.filament.parameters import FilamentParameters, parameter_table
 from worm_model.filament.rig import FilamentRig
+from worm_model.filament.sources_number import sources_number
 from worm_model.filament.trial import frames, simulate
 
 WORM, RIG = FilamentParameters(), FilamentRig(exit_width_mm=3.0)
@@ -87,20 +87,9 @@ def test_numbers_that_make_no_sense_are_refused(wrong):
         FilamentParameters(**wrong)
 
 
-def test_machine_code_that_cannot_be_kept_is_made_anew(monkeypatch):
-    def nowhere(cache=False):
-        raise RuntimeError("cannot cache function: no locator available")
-
-    def fake(function=None, cache=False):
-        return nowhere() if cache else function
-
-    monkeypatch.setattr("worm_model.filament.compiled.njit", fake)
-    assert compiled_and_kept(abs) is abs
-
-
 def test_the_machine_code_is_tied_to_all_of_its_sources(tmp_path, monkeypatch):
     (tmp_path / "a.py").write_text("A = 1")
-    monkeypatch.setattr("worm_model.filament.compiled.__file__", str(tmp_path / "compiled.py"))
+    monkeypatch.setattr("worm_model.filament.sources_number.__file__", str(tmp_path / "b"))
     before = sources_number()
     (tmp_path / "a.py").write_text("A = 2")
     assert sources_number() != before

@@ -4,9 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.testing import assert_allclose
 from scipy.interpolate import CubicSpline
 
-from worm_tracker.midline.curve import complex_arc_length, cubic_through, median_of
+from worm_tracker.midline.curve import (
+    complex_arc_length,
+    cubic_through,
+    median_of,
+    turn_about,
+)
 
 TURNS = st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=80)
 BEYOND = 0.1
@@ -18,12 +24,22 @@ def curve_of(turns):
     return 300.0 + np.cumsum(steps * np.exp(1j * np.cumsum(turns)))
 
 
-@given(turns=TURNS)
-def test_a_cubic_through_points_is_that_of_scipy(turns):
-    curve = curve_of(turns)
+@given(turns=TURNS, longest=st.floats(2.0, 1e3), seed=st.integers(0, 99))
+def test_a_cubic_through_points_is_that_of_scipy(turns, longest, seed):
+    steps = np.exp(np.random.default_rng(seed).uniform(0.0, np.log(longest), len(turns)))
+    curve = 300.0 + np.cumsum(steps * np.exp(1j * np.cumsum(turns)))
     s = complex_arc_length(curve)
     at = s[-1] * np.linspace(-BEYOND, 1 + BEYOND, 57)
-    assert np.array_equal(cubic_through(s, curve, at), CubicSpline(s, curve)(at))
+    expected = CubicSpline(s, curve)(at)
+    assert_allclose(cubic_through(s, curve, at), expected, rtol=1e-9, atol=1e-9 * s[-1])
+
+
+@given(turns=TURNS, over=st.integers(0, 9))
+def test_a_curve_turns_about_a_point_by_all_its_turns_near_it(turns, over):
+    d = np.diff(curve_of(turns))
+    each = np.concatenate([[0.0], np.angle(d[1:] / d[:-1]), [0.0]])
+    sums = [each[max(k - over, 0) : k + over + 1].sum() for k in range(len(each))]
+    assert_allclose(turn_about(curve_of(turns), over), sums, atol=1e-9)
 
 
 def test_no_cubic_goes_through_one_point_twice():

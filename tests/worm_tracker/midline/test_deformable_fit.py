@@ -5,9 +5,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from worm_tracker.midline.body_residual import BodyResidualSettings, strands
 from worm_tracker.midline.curve import TRACKED_POINTS, length_of
-from worm_tracker.midline.deformable_fit import BodyFitSettings, _normal_equations, fit_body
+from worm_tracker.midline.deformable_fit import (
+    BodyFitSettings,
+    _normal_equations,
+    _pull,
+    fit_body,
+)
+from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
 
 WIDTH = 16.0
 
@@ -25,11 +30,32 @@ def test_sums_over_nodes_are_those_over_pixels(seed, pixels):
     assert_allclose(gradient, jacobian.T @ residual, atol=1e-9)
 
 
+@given(seed=st.integers(0, 2**32 - 1), nodes=st.integers(2, 200))
+def test_each_pixel_pulls_at_its_nearest_node(seed, nodes):
+    rng = np.random.default_rng(seed)
+    curve = np.cumsum(1.5 * np.exp(1j * np.cumsum(rng.normal(0.0, 0.3, nodes))))
+    curve += 40 + 40j - curve.mean()
+    target = rng.random((80, 80)).astype(np.float32)
+    pixels = rng.integers(0, 80, (300, 2))
+    half = rng.uniform(2.0, 8.0, nodes)
+    nearest, pull, residual = np.empty(300, np.intp), np.empty((300, 2)), np.empty(300)
+    _pull(target, pixels, curve, half, 2.0, nearest, pull, residual)
+    at = pixels[:, 0] + 1j * pixels[:, 1]
+    away = np.abs(at[:, None] - curve)
+    assert_allclose(away[np.arange(300), nearest], away.min(axis=1), rtol=1e-12)
+    # By as much as is pulled the drawn shade changes where the body is moved.
+    darker = np.empty(300)
+    _pull(target, pixels, curve + 1e-5, half, 2.0, nearest.copy(), pull.copy(), darker)
+    inner = (nearest > 0) & (nearest < nodes - 1)
+    same = np.abs((residual - darker) / 1e-5 - pull[:, 0]) < 1e-3
+    assert same[inner].sum() >= 0.9 * inner.sum()
+
+
 def test_a_body_that_has_swung_aside_is_found_again():
     part = np.linspace(0.0, 1.0, TRACKED_POINTS)
     line = np.stack([60 + 260 * part, 120 + 50 * np.sin(5 * part)], axis=1)
     widths = np.full(TRACKED_POINTS, WIDTH)
-    drawn, *_ = strands((240, 380), line, widths, WIDTH, BodyResidualSettings())
+    drawn, *_ = drawn_strands((240, 380), line, widths, WIDTH, StrandDrawingSettings())
     before = line + np.stack([np.zeros_like(part), 8 * np.sin(3 * part)], axis=1)
     fitted = fit_body(drawn, before, widths, length_of(line), BodyFitSettings())
     off_before, off = (

@@ -52,7 +52,7 @@ def led_on_to_the_other_arm(drawn):
     tip = drawn.at(np.array([drawn.length - 0.7 * drawn.width]))[0]
     whole = drawn.at(np.linspace(0.0, drawn.length - 0.7 * drawn.width, 220))
     beside = drawn.at(np.array([0.0]))[0] + (tip.real - drawn.at(np.array([0.0]))[0].real)
-    onwards = beside + (whole[0] - whole[40]) / abs(whole[0] - whole[40]) * drawn.width * 6.0
+    onwards = beside + (whole[0] - whole[40]) / abs(whole[0] - whole[40]) * drawn.width * 9.0
     return BodyPath(evenly(np.r_[whole, np.linspace(beside, onwards, 40)], 240))
 
 

@@ -19,12 +19,11 @@ from worm_tracker.following.follower import Follower
 from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import (
-    BodyResidualSettings,
     ObjectMasks,
     dark_places,
-    strands,
 )
 from worm_tracker.midline.path import BodyPath, evenly
+from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.propagation.propagation import observation_of
 from worm_tracker.propagation.propagation_settings import PropagationSettings
@@ -194,7 +193,7 @@ def tapered_body(turned):
     s = np.linspace(0.0, drawn.length, n)
     widths = rounded_widths(s, width) * np.clip(1.0 - 0.1 * (s / width - 6.0), 0.2, 1.0)
     path = BodyPath(evenly(drawn.curve, 240))
-    mask, *_ = strands(drawn.mask.shape, path.points, widths, width, BodyResidualSettings())
+    mask, *_ = drawn_strands(drawn.mask.shape, path.points, widths, width, StrandDrawingSettings())
     search = search_after(path, width, 1, loops_known=True)
     search = replace(
         search,
@@ -245,7 +244,9 @@ def test_the_order_is_known_of_a_body_whose_ends_differ_once_its_widths_are(fram
     search, path = tapered_body(turned=False)
     widths = np.full(65, 12.0) if even else search.model.widths
     search = replace(search, model=replace(search.model, widths=widths, frames=frames))
-    mask, *_ = strands(search.seen.mask.shape, path.points, widths, 12.0, BodyResidualSettings())
+    mask, *_ = drawn_strands(
+        search.seen.mask.shape, path.points, widths, 12.0, StrandDrawingSettings()
+    )
     search = replace(search, seen=ObjectMasks(mask, None, 12.0, search.settings.residual))
     found = search.scored(path, widths)
     assert search.over_limits(found) <= 1

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worm_model.filament.compiled import compiled
 from worm_model.filament.walls import Walls, nearest_walls
 from worm_msgs_py.arrays import Floats, Mask
+from worm_msgs_py.compiled import compiled
 
 BAND_DIAGONALS = 6
 """Diagonals of the matrix from its middle on: a point's x and y, and those of its two neighbours

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worm_model.filament.compiled import compiled_and_kept, sources_number
 from worm_model.filament.mechanics import Elasticity, step_body
 from worm_model.filament.parameters import (
     FILAMENT,
@@ -15,10 +14,12 @@ from worm_model.filament.parameters import (
     FilamentSettings,
 )
 from worm_model.filament.rig import FilamentRig
+from worm_model.filament.sources_number import sources_number
 from worm_model.filament.strokes import DRAWN_UNTIL_S, TIME_S, Activity, act
 from worm_model.filament.walls import Walls, nearest_walls, push_out
 from worm_msgs_py import paper
 from worm_msgs_py.arrays import Floats, Mask
+from worm_msgs_py.compiled import compiled_and_kept
 
 
 class Course(NamedTuple):

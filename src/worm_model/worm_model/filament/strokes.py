@@ -3,8 +3,8 @@
 from math import exp, pi, sin
 from typing import NamedTuple
 
-from worm_model.filament.compiled import compiled
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.compiled import compiled
 
 PERISTALSIS_RAD, UNDULATION_RAD, HEAD_BEND, HEAD_AIM = range(4)
 DRAWN_MM, DRAW_TO_MM, DRAWN_UNTIL_S, TIME_S = range(4, 8)

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from worm_model.filament.compiled import compiled
 from worm_model.filament.rig import FilamentRig
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.compiled import compiled
 
 FAR_MM = 1e9
 """Gap of a wall that is not there."""

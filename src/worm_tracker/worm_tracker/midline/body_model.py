@@ -7,7 +7,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats
 from worm_tracker.midline.body_shade import BodyShade
-from worm_tracker.midline.curve import length_of
+from worm_tracker.midline.curve import length_of, median_of
 from worm_tracker.midline.order_by_widths import OrderSettings, score_of_widths
 from worm_tracker.midline.refine import RefinedMidline
 
@@ -297,8 +297,8 @@ class BodyModel:
         level = settings.pale_end_over_body * self.level
         width = settings.pale_end_width_over_body * self.width
         first, last = (
-            bool(np.median(levels[inner : outer + 1]) < level)
-            and bool(np.median(widths[inner : outer + 1]) > width)
+            median_of(levels[inner : outer + 1]) < level
+            and median_of(widths[inner : outer + 1]) > width
             for levels, widths in (
                 (self.levels, self.widths),
                 (self.levels[::-1], self.widths[::-1]),

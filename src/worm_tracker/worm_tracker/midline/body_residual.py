@@ -9,7 +9,6 @@ that is not dark, tell as much.
 
 from dataclasses import dataclass, field
 from functools import cache, cached_property
-from itertools import pairwise
 from math import ceil, floor
 from typing import cast
 
@@ -23,8 +22,8 @@ from worm_tracker.midline.body_shade import (
     ShadedObject,
     misjudged_layers,
 )
-from worm_tracker.midline.curve import as_complex, complex_arc_length
 from worm_tracker.midline.path import sharp_turns
+from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
 
 Image = cv2.typing.MatLike
 
@@ -37,15 +36,6 @@ class BodyResidualSettings:
     """How near to an edge object and body need not agree: edges are blurred, widths vary."""
     least_rim_px: float = 1.0
     """The same at least."""
-    strand_widths: float = 2.0
-    """Length of the pieces that a body is drawn in: two that are not neighbours are two strands."""
-    hairpin_half_widths: float = 0.6
-    least_hairpin_rad: float = 2.0
-    """Turn over twice that length from which on a bend is a hairpin: its sides are two strands."""
-    beside_hairpin_widths: float = 5.0
-    """How far along the body two strands are apart at most that lie beside each other there."""
-    kink_rad: float = 0.25
-    """Turn between two points of a midline from which on it is drawn with a round joint."""
     dark_over_darkening: float = 0.5
     """Part of the darkening of an overlap from which on a place is dark."""
     most_left_over: float = 0.2
@@ -79,6 +69,7 @@ class BodyResidualSettings:
     """What is darker than that is no overlap: the worm itself takes away part of the light."""
     least_darkening: float = 0.2
     """Darkening from which on overlaps are told by it."""
+    drawing: StrandDrawingSettings = field(default_factory=StrandDrawingSettings)
     shade: BodyShadeSettings = field(default_factory=BodyShadeSettings)
 
 
@@ -198,7 +189,8 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
     widths : ndarray, shape (n,)
     """
     mask, dark, rim = seen.mask, seen.dark, seen.rim
-    body, twice, layered = strands(mask.shape, points, widths, seen.width, seen.settings)
+    drawing = seen.settings.drawing
+    body, twice, layered = drawn_strands(mask.shape, points, widths, seen.width, drawing)
     near = _grown(body, rim)
     left_over = cv2.bitwise_and(mask, cv2.bitwise_not(near))
     wanted = left_over
@@ -226,82 +218,6 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
     )
 
 
-def strands(
-    shape: tuple[int, ...],
-    points: Floats,
-    widths: Floats,
-    width: float,
-    settings: BodyResidualSettings,
-) -> tuple[Picture, Picture, Picture]:
-    """Draw a body; return where it is, where two strands of it are, and on each other; 0 or 255.
-
-    Near a hairpin two strands lie beside each other rather than on each other, however tight it is
-    drawn: a body is as high as it is wide. Such a place may be dark or not.
-    """
-    line = as_complex(points)
-    tangent = np.gradient(line)
-    tangent /= np.maximum(np.abs(tangent), 1e-9)
-    side = 1j * tangent * np.maximum(widths, 1.0) / 2
-    left, right = (_fixed_point(line + sign * side) for sign in (1, -1))
-    s = complex_arc_length(line)
-    cuts = _cuts(line, s, width, settings)
-    d = np.diff(line)
-    sharp = np.abs(np.angle(d[1:] * d[:-1].conj())) > settings.kink_rad
-    kinks = 1 + np.flatnonzero(sharp)
-    quads = np.stack([left[:-1], left[1:], right[1:], right[:-1]], axis=1)
-    number = np.zeros(shape, np.uint8)  # of the last piece that covers a pixel, from 2 on
-    twice, layered = np.zeros((2, *shape), np.uint8)
-    far = np.searchsorted(s[cuts], s[cuts] - settings.beside_hairpin_widths * width)
-    for k in range(len(cuts) - 1):
-        part = slice(cuts[k], cuts[k + 1] + 1)
-        quads_here = quads[part.start : part.stop - 1]
-        u, v, w, h = cv2.boundingRect(quads_here.reshape(-1, 2) >> 4)
-        u0, v0 = max(u - 1, 0), max(v - 1, 0)
-        window = np.s_[v0 : v + h + 2, u0 : u + w + 2]
-        before = number[window]
-        if not before.size:
-            continue
-        piece = np.zeros(before.shape, np.uint8)
-        for j in kinks[(kinks >= part.start) & (kinks < part.stop)]:  # round on the outer side
-            centre = (_fixed_point(line[j : j + 1]) - 16 * np.array([u0, v0]))[0]
-            radius = round(8 * float(widths[j]))
-            cv2.circle(piece, tuple(centre.tolist()), radius, 255, -1, cv2.LINE_8, 4)
-        for quad in quads_here - np.array([16 * u0, 16 * v0], np.int32):
-            cv2.fillConvexPoly(piece, quad, 255, cv2.LINE_8, 4)
-        others = cv2.inRange(before, 1, k)  # k is that of the piece before the last one
-        twice[window] |= np.asarray(cv2.bitwise_and(piece, others), np.uint8)
-        others = cv2.inRange(before, 1, int(far[k]))
-        layered[window] |= np.asarray(cv2.bitwise_and(piece, others), np.uint8)
-        np.copyto(before, np.uint8(k + 2), where=piece.view(np.bool_))
-    return np.asarray((number > 0).view(np.uint8) * 255, np.uint8), twice, layered
-
-
-def _cuts(
-    line: NDArray[np.complex128], s: Floats, width: float, settings: BodyResidualSettings
-) -> NDArray[np.intp]:
-    """Return the nodes at which a body is cut into pieces; each hairpin is the middle of one.
-
-    So what comes to a hairpin and what leaves it are two strands, wherever along the body it lies.
-    """
-    d = np.diff(line)
-    turned = np.concatenate([[0.0], np.cumsum(np.angle(d[1:] * d[:-1].conj()))])
-    half = settings.hairpin_half_widths * width
-    # Turn from half a hairpin before a node to as much after it.
-    middle = (s[1:] + s[:-1]) / 2
-    turn = np.abs(np.interp(s + half, middle, turned) - np.interp(s - half, middle, turned))
-    ends = [0.0, float(s[-1])]
-    while turn.max() > settings.least_hairpin_rad:
-        apex = s[int(turn.argmax())]
-        turn[np.abs(s - apex) < 4 * half] = 0.0
-        ends += [apex - half, apex + half]
-    ends = sorted(end for end in ends if 0 <= end <= s[-1])
-    cuts = [0.0]
-    for first, last in pairwise(ends):
-        pieces = max(1, round((last - first) / (settings.strand_widths * width)))
-        cuts += np.linspace(first, last, pieces + 1)[1:].tolist()
-    return np.unique(np.searchsorted(s, cuts).clip(0, len(line) - 1))
-
-
 def dark_places(
     signal: Picture, level: float, darkening: float, settings: BodyResidualSettings
 ) -> Picture:
@@ -309,10 +225,6 @@ def dark_places(
     threshold = level * (1 + settings.dark_over_darkening * darkening)
     _, dark = cv2.threshold(signal, threshold, 255, cv2.THRESH_BINARY)
     return np.asarray(dark, np.uint8)
-
-
-def _fixed_point(line: NDArray[np.complex128]) -> NDArray[np.int32]:
-    return np.rint(16 * np.stack([line.real, line.imag], axis=1)).astype(np.int32)
 
 
 @cache

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
 from worm_tracker.midline.cross_sections import interpolate
-from worm_tracker.midline.curve import as_complex, tangents
+from worm_tracker.midline.curve import as_complex, median_of, tangents
 
 ACROSS = np.linspace(-0.3, 0.3, 7)
 """Places across the body, in widths: short of its edges, which the lens blurs."""
@@ -86,7 +86,7 @@ def marks_of(levels: Floats) -> float:
     """Return how far a body's signal differs along it, its ends left out, over its median."""
     cut = len(levels) // 10
     inner = levels[cut : len(levels) - cut]
-    return float(np.std(inner) / max(float(np.median(inner)), 1.0))
+    return float(np.std(inner) / max(median_of(inner), 1.0))
 
 
 def shade_along(signal: Picture, line: Complex, widths: Floats) -> Floats:
@@ -124,10 +124,10 @@ def misjudged_layers(
     settings : BodyShadeSettings
     """
     line = as_complex(points)
-    n, width = len(line), float(np.median(widths))
+    n, width = len(line), median_of(widths)
     step = float(np.abs(np.diff(line)).mean())
     signal, shade = shade_along(seen.signal, line, widths), seen.shade
-    one, level = _at_nodes(shade.mean, n), float(np.median(shade.mean))
+    one, level = _at_nodes(shade.mean, n), median_of(shade.mean.ravel())
     sure = settings.sure_sds * np.sqrt(
         _at_nodes(shade.variance, n) + (settings.least_sd_relative * level) ** 2
     )

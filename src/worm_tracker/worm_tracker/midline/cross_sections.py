@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import types
 
 from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.curve import tangents
 from worm_tracker.midline.edges import PROFILE_STEP_PX
 
@@ -138,7 +140,7 @@ def cross_sections(
     own = np.clip(core, settings.lowest_level_over_known * level, level)
     own = np.where(covers.middle, level, own)
     left, right = (
-        _edge_of_profile(outwards, *_edge_height(own, covers, side, settings), half, tip)
+        _edges_of_profiles(outwards, *_edge_height(own, covers, side, settings), half, tip)
         for side, outwards in enumerate((profiles[:, reach::-1], profiles[:, reach:]))
     )
     body = core > settings.edge_over_body_level * level
@@ -174,10 +176,45 @@ def _middles(
 
 def _across(signal: Picture, path: Complex, normal: Complex, offsets: Floats) -> Floats32:
     """Return a signal at some distances from each node of a path, along its normal."""
-    at = np.empty((len(path), len(offsets), 2), np.float32)
-    at[..., 0] = path.real[:, None] + normal.real[:, None] * offsets
-    at[..., 1] = path.imag[:, None] + normal.imag[:, None] * offsets
-    return _interpolated(signal, at)
+    profiles = np.empty((len(path), len(offsets)), np.float32)
+    _sample_across(signal, path, normal, offsets, profiles)
+    return profiles
+
+
+@compiled_for(
+    array_read(types.uint8, 2),
+    array_read(types.complex128),
+    array_read(types.complex128),
+    array_read(types.float64),
+    array_written(types.float32, 2),
+)
+def _sample_across(
+    signal: Picture, path: Complex, normal: Complex, offsets: Floats, profiles: Floats32
+) -> None:
+    """Fill in a signal at some distances from each node of a path, along its normal.
+
+    In whole grey levels, between the pixels as OpenCV has it; zero outside.
+    """
+    h, w = signal.shape
+    for node in range(len(path)):
+        u0, v0, along_u, along_v = (
+            path[node].real, path[node].imag, normal[node].real, normal[node].imag,
+        )  # fmt: skip
+        for k in range(len(offsets)):
+            u, v = u0 + along_u * offsets[k], v0 + along_v * offsets[k]
+            left, top = int(np.floor(u)), int(np.floor(v))
+            part_u, part_v = u - left, v - top
+            seen = 0.0
+            if 0 <= left < w - 1 and 0 <= top < h - 1:
+                upper = (1 - part_u) * signal[top, left] + part_u * signal[top, left + 1]
+                lower = (1 - part_u) * signal[top + 1, left] + part_u * signal[top + 1, left + 1]
+                seen = (1 - part_v) * upper + part_v * lower
+            else:
+                for row, part_row in ((top, 1 - part_v), (top + 1, part_v)):
+                    for column, part in ((left, 1 - part_u), (left + 1, part_u)):
+                        if 0 <= row < h and 0 <= column < w:
+                            seen += part * part_row * signal[row, column]
+            profiles[node, k] = np.rint(seen)
 
 
 def interpolate(signal: Picture, where: Complex) -> Floats32:
@@ -198,6 +235,15 @@ def _interpolated(signal: Picture, at: Floats32) -> Floats32:
     return np.asarray(values, np.float32)
 
 
+def _edges_of_profiles(
+    profiles: Floats32, threshold: Floats, seen: Mask, half: Floats, tip: Mask
+) -> Floats:
+    """Return where each profile, from the middle outwards, has its edge; infinity for none."""
+    edges = np.empty(len(profiles))
+    _find_edges(profiles, threshold, seen, half / PROFILE_STEP_PX, tip, edges)
+    return PROFILE_STEP_PX * edges
+
+
 def _edge_height(
     own: Floats, covers: Covers, side: int, settings: CrossSectionSettings
 ) -> tuple[Floats, Mask]:
@@ -210,20 +256,31 @@ def _edge_height(
     return below + settings.edge_over_body_level * (above - below), seen
 
 
-def _edge_of_profile(
-    profiles: Floats32, threshold: Floats, seen: Mask, half: Floats, tip: Mask
-) -> Floats:
-    """Return where each profile falls below its threshold, nearest to where its edge should be.
+@compiled_for(
+    array_read(types.float32, 2),
+    array_read(types.float64),
+    array_read(types.boolean),
+    array_read(types.float64),
+    array_read(types.boolean),
+    array_written(types.float64),
+)
+def _find_edges(
+    profiles: Floats32, threshold: Floats, seen: Mask, half: Floats, tip: Mask, edges: Floats
+) -> None:
+    """Fill in where each profile falls below its threshold, nearest to where its edge should be.
 
-    At a tip, whose width is not known, where it first does; infinity where it does not.
+    At a tip, whose width is not known, where it first does; infinity where it does not. In steps of
+    the profiles, as `half` the width is.
     """
-    below = profiles < threshold[:, None]
-    falls = below[:, 1:] & ~below[:, :-1]
-    at = np.arange(falls.shape[1])
-    expected = np.where(tip, 0.0, half / PROFILE_STEP_PX - 0.5)
-    cost = np.where(falls, np.abs(at - expected[:, None]), np.inf)
-    k = cost.argmin(axis=1)
-    row = np.arange(len(profiles))
-    high, low = profiles[row, k], profiles[row, k + 1]
-    part = np.clip((high - threshold) / np.maximum(high - low, 1e-6), 0.0, 1.0)
-    return np.where(falls[row, k] & seen, (k + part) * PROFILE_STEP_PX, np.inf)
+    for node in range(len(profiles)):
+        edges[node] = np.inf
+        if not seen[node]:
+            continue
+        profile, height = profiles[node], threshold[node]
+        expected = 0.0 if tip[node] else half[node] - 0.5
+        nearest = np.inf
+        for k in range(len(profile) - 1):
+            if profile[k] >= height > profile[k + 1] and abs(k - expected) < nearest:
+                nearest = abs(k - expected)
+                part = (profile[k] - height) / (profile[k] - profile[k + 1])
+                edges[node] = k + part

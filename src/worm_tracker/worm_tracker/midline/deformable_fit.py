@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
-from worm_msgs_py.arrays import Floats, Floats32, Picture
-from worm_tracker.midline.curve import TRACKED_POINTS, arc_length, resample
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
+from worm_tracker.midline.curve import TRACKED_POINTS, arc_length, as_complex, resample
 
 _MOST_COSINES = 24
 """Cosine terms of the direction along a long body; a stout one bends in fewer ways."""
@@ -24,6 +25,7 @@ _FINE_POINTS = (TRACKED_POINTS - 1) * _SUBSTEPS + 1
 """Points of the fine curve."""
 _MOST_PIXELS = 3500
 _BLOCK_ROWS = 128
+_BLOCK_NODES = 8
 _BASIS = np.cos(
     np.pi
     * ((np.arange(_FINE_POINTS - 1) + 0.5) / (_FINE_POINTS - 1))[:, None]
@@ -141,18 +143,9 @@ def _step(
     """Take one damped Gauss-Newton step."""
     curve = body.points()
     pixels, weight = _sampled_pixels(target, curve, float(half.max()))
-    nearest = np.asarray(cKDTree(curve).query(pixels)[1], np.intp)
-    away = pixels - curve[nearest]
-    tangent, _ = body.segments()
-    within = (nearest > 0) & (nearest < _FINE_POINTS - 1)
-    t = tangent[np.minimum(nearest, _FINE_POINTS - 2)]
-    t = t / np.maximum(np.hypot(t[:, 0], t[:, 1]), 1e-9)[:, None]
-    away -= np.where(within, (away * t).sum(1), 0.0)[:, None] * t
-    distance = np.hypot(away[:, 0], away[:, 1])
-    drawn = 1 / (1 + np.exp(np.clip((distance - half[nearest]) / soft, -30, 30)))
-    slope = drawn * (1 - drawn) / soft
-    pull = away * (slope / np.maximum(distance, 1e-6))[:, None]
-    residual = target[pixels[:, 1], pixels[:, 0]] - drawn
+    nearest, pull = np.empty(len(pixels), np.intp), np.empty((len(pixels), 2))
+    residual = np.empty(len(pixels))
+    _pull(target, pixels, as_complex(curve), half, soft, nearest, pull, residual)
     hessian, gradient = _normal_equations(body.derivative(), nearest, pull, residual)
     terms = ((1 + 0.3 * np.arange(len(prior) - 3)) / settings.term_sd_rad) ** 2
     stiffness = np.concatenate([[1e-3, 1e-3, settings.length_sd_relative**-2], terms])
@@ -166,6 +159,84 @@ def _step(
     most = settings.most_log_stretch
     values[2] = min(max(values[2], -most), most)
     return _Series(values, body.length)
+
+
+@compiled
+def _blocks_of_nodes(curve: Complex) -> tuple[Complex, Floats]:
+    """Return the middle of each block of neighbouring nodes, and how far the others are from it."""
+    count = -(-len(curve) // _BLOCK_NODES)
+    middles, reach = np.empty(count, np.complex128), np.zeros(count)
+    for block in range(count):
+        first, stop = block * _BLOCK_NODES, min((block + 1) * _BLOCK_NODES, len(curve))
+        middles[block] = curve[(first + stop) // 2]
+        for k in range(first, stop):
+            reach[block] = max(reach[block], abs(curve[k] - middles[block]))
+    return middles, reach
+
+
+@compiled
+def _squared_distance(at: complex, other: complex) -> float:
+    du, dv = at.real - other.real, at.imag - other.imag
+    return du * du + dv * dv
+
+
+@compiled
+def _nearest_node(curve: Complex, middles: Complex, reach: Floats, at: complex, guess: int) -> int:
+    """Return the node of a curve nearest to a point: a guess, or one in a block that comes near."""
+    best, least2 = guess, _squared_distance(at, curve[guess])
+    least = np.sqrt(least2)
+    for block in range(len(middles)):
+        if _squared_distance(at, middles[block]) >= (least + reach[block]) ** 2:
+            continue
+        for k in range(block * _BLOCK_NODES, min((block + 1) * _BLOCK_NODES, len(curve))):
+            away2 = _squared_distance(at, curve[k])
+            if away2 < least2:
+                best, least2 = k, away2
+        least = np.sqrt(least2)
+    return best
+
+
+@compiled_for(
+    array_read(types.float32, 2),
+    array_read(types.int64, 2),
+    array_read(types.complex128),
+    array_read(types.float64),
+    types.float64,
+    array_written(types.intp),
+    array_written(types.float64, 2),
+    array_written(types.float64),
+)
+def _pull(
+    target: Floats32,
+    pixels: NDArray[np.int64],
+    curve: Complex,
+    half: Floats,
+    soft: float,
+    nearest: NDArray[np.intp],
+    pull: Floats,
+    residual: Floats,
+) -> None:
+    """Fill in what each pixel's misfit does to the body.
+
+    Its nearest node, how its drawn shade changes with where that node is, and how much darker it is
+    than drawn.
+    """
+    last = len(curve) - 1
+    middles, reach = _blocks_of_nodes(curve)
+    node = 0
+    for j in range(len(pixels)):
+        at = complex(pixels[j, 0], pixels[j, 1])
+        node = _nearest_node(curve, middles, reach, at, node)
+        away = at - curve[node]
+        if 0 < node < last:
+            tangent = curve[node + 1] - curve[node]
+            tangent /= max(abs(tangent), 1e-9)
+            away -= (away * tangent.conjugate()).real * tangent
+        distance = abs(away)
+        drawn = 1 / (1 + np.exp(min(max((distance - half[node]) / soft, -30.0), 30.0)))
+        away *= drawn * (1 - drawn) / soft / max(distance, 1e-6)
+        nearest[j], pull[j, 0], pull[j, 1] = node, away.real, away.imag
+        residual[j] = target[pixels[j, 1], pixels[j, 0]] - drawn
 
 
 def _normal_equations(

@@ -12,6 +12,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.intervals import SD_OF_MAD
+from worm_tracker.midline.curve import median_of
 from worm_tracker.midline.refine import RefinedMidline
 
 
@@ -53,7 +54,7 @@ def _steps(values: Floats, settings: DoubledBodySettings, most: float = inf) -> 
     between[: least - 1] = 0.0
     between[n - least :] = 0.0
     k = int(between.argmax()) + 1
-    below, above = float(np.median(ordered[:k])), float(np.median(ordered[k:]))
+    below, above = median_of(ordered[:k]), median_of(ordered[k:])
     if not settings.least_step_relative <= above / max(below, 1e-9) - 1 <= most:
         return False
     scatter = (_relative_scatter(ordered[:k], below), _relative_scatter(ordered[k:], above))
@@ -62,4 +63,4 @@ def _steps(values: Floats, settings: DoubledBodySettings, most: float = inf) -> 
 
 def _relative_scatter(values: Floats, about: float) -> float:
     """Return the robust relative scatter of values about their median."""
-    return SD_OF_MAD * float(np.median(np.abs(values - about))) / max(about, 1e-9)
+    return SD_OF_MAD * median_of(np.abs(values - about)) / max(about, 1e-9)

@@ -18,6 +18,7 @@ from worm_tracker.midline.curve import (
     cubic_through,
     tangents,
     transformed_points,
+    unit_grid,
 )
 
 _NODES_PER_WIDTH = 5.0
@@ -137,8 +138,8 @@ def evenly(curve: Complex, count: int, first: float = 0.0, last: float | None = 
         Arc lengths from which and to which; all of it by default.
     """
     s = complex_arc_length(curve)
-    at = np.linspace(first, float(s[-1]) if last is None else last, count)
-    return cubic_through(s, curve, at)
+    last = float(s[-1]) if last is None else last
+    return cubic_through(s, curve, first + (last - first) * unit_grid(count))
 
 
 def continued(path: BodyPath, beyond: int, width: float, settings: ContinuationSettings) -> Complex:

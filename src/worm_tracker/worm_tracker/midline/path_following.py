@@ -30,6 +30,7 @@ from worm_tracker.midline.curve import (
     cubic_through,
     reflected_ends,
     tangents,
+    turn_about,
 )
 from worm_tracker.midline.end_marks import EndMarksSettings
 from worm_tracker.midline.expected_body import ExpectedBody
@@ -207,11 +208,8 @@ def _within_bend(
     curve: Complex, width: float, step: float, settings: PathFollowingSettings
 ) -> Mask:
     """Tell on which side, left or right, a bend is so tight that its inner edge is not seen."""
-    d = np.diff(curve)
-    turn = np.zeros(len(curve))
-    turn[1:-1] = np.angle(d[1:] * d[:-1].conj())
     over = max(1, round(settings.bend_half_stretch_widths * width / step))
-    turn = np.convolve(turn, np.ones(2 * over + 1), "same")
+    turn = turn_about(curve, over)
     most = settings.sharpest_turn_with_inner_edge_rad
     return np.stack([turn < -most, turn > most], axis=1)
 

@@ -5,12 +5,14 @@ tells them.
 """
 
 from dataclasses import dataclass
-from functools import cache
 from math import exp, hypot
 
 import numpy as np
+from numba import types
+from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.curve import median_of
 
 
@@ -61,47 +63,63 @@ def covered_by_others(
     width = 2 * median_of(half[first:last]) if last > first else 0.0
     apart = settings.least_way_between_parts_widths * width / max(step, 1e-9)
     margins = np.broadcast_to(margin_px, at.shape[1:])
-    radius = np.maximum(half[parts, None] + margins, 0.0).astype(np.float32)
-    covered = np.zeros(at.shape, bool)
-    if not radius.size:
-        return covered
-    # Most pairs of node and disc are far apart: only what is left is looked at closely.
-    far = float(np.abs(at - path[:, None]).max()) + float(radius.max()) + 1.0
-    node, disc = np.nonzero(_squared_distances(path, path[parts]) < far**2)
-    others = np.abs(node - parts[disc]) > apart
-    node, disc = node[others], disc[others]
-    away = at.astype(np.complex64)[node] - path[parts].astype(np.complex64)[disc, None]
-    under = away.real**2 + away.imag**2 < (radius**2)[disc]
-    for column in range(at.shape[1]):
-        covered[node[under[:, column]], column] = True
+    radius2 = np.maximum(half[parts, None] + margins, 0.0).astype(np.float32) ** 2
+    covered = np.zeros(at.shape, np.bool_)
+    if radius2.size:
+        # Most nodes and discs are far apart: only what is left is looked at closely.
+        far = float(np.abs(at - path[:, None]).max()) + float(np.sqrt(radius2.max())) + 1.0
+        _cover(at, path, parts, radius2, apart, far, covered)
     return covered
+
+
+@compiled_for(
+    array_read(types.complex128, 2),
+    array_read(types.complex128),
+    array_read(types.intp),
+    array_read(types.float32, 2),
+    types.float64,
+    types.float64,
+    array_written(types.boolean, 2),
+)
+def _cover(
+    at: Complex,
+    path: Complex,
+    parts: NDArray[np.intp],
+    radius2: Floats32,
+    apart: float,
+    far: float,
+    covered: Mask,
+) -> None:
+    """Mark the points that lie in a disc about a node of another part."""
+    for node in range(len(path)):
+        for disc in range(len(parts)):
+            if abs(node - parts[disc]) <= apart:
+                continue
+            middle = path[parts[disc]]
+            du, dv = path[node].real - middle.real, path[node].imag - middle.imag
+            if du * du + dv * dv >= far * far:
+                continue
+            for k in range(at.shape[1]):
+                du, dv = at[node, k].real - middle.real, at[node, k].imag - middle.imag
+                if du * du + dv * dv < radius2[disc, k]:
+                    covered[node, k] = True
 
 
 def lies_near_itself(path: Complex, width: float, step: float, far_widths: float = 2.2) -> bool:
     """Tell whether two parts of a path are so near that one can hide an edge of the other."""
     coarse = path[:: max(1, round(0.5 * width / step))]
-    near = _squared_distances(coarse, coarse) < (far_widths * width) ** 2
-    return bool((near & _six_apart(len(coarse))).any())
+    return bool(_comes_near(coarse, far_widths * width))
 
 
-@cache
-def _six_apart(count: int) -> Mask:
-    """Tell which pairs of so many points have more than five between them."""
-    k = np.arange(count)
-    return np.asarray(np.abs(k[:, None] - k) > 6)
-
-
-def _squared_distances(points: Complex, others: Complex) -> Floats32:
-    """Return the squares of the distances of all pairs, shape (points, others)."""
-    middle = points[:1]  # near which single precision is enough
-    u, v = ((points - middle).astype(np.complex64).view(np.float32).reshape(-1, 2)).T
-    other_u, other_v = ((others - middle).astype(np.complex64).view(np.float32).reshape(-1, 2)).T
-    squared = u[:, None] - other_u
-    squared *= squared
-    aside = v[:, None] - other_v
-    aside *= aside
-    squared += aside
-    return squared
+@compiled_for(array_read(types.complex128), types.float64)
+def _comes_near(path: Complex, far: float) -> bool:
+    """Tell whether two points of a path with six or more between them are nearer than that."""
+    for k in range(len(path)):
+        for other in range(k + 7, len(path)):
+            du, dv = path[other].real - path[k].real, path[other].imag - path[k].imag
+            if du * du + dv * dv < far * far:
+                return True
+    return False
 
 
 def ends_on_body(

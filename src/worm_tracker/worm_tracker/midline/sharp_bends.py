@@ -11,6 +11,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats, Picture
 from worm_tracker.midline.cross_sections import interpolate
+from worm_tracker.midline.curve import turn_about
 from worm_tracker.midline.path import evenly
 
 
@@ -83,11 +84,8 @@ def bends_at_edges(
 
 def _sharpest(curve: Complex, width: float, step: float, settings: SharpBendSettings) -> list[int]:
     """Return the nodes in the middle of each sharp bend."""
-    d = np.diff(curve)
     over = max(1, round(settings.half_stretch_widths * width / step))
-    turn = np.zeros(len(curve))
-    turn[1:-1] = np.angle(d[1:] * d[:-1].conj())
-    within = np.abs(np.convolve(turn, np.ones(2 * over + 1), "same"))
+    turn, within = turn_about(curve, 0), np.abs(turn_about(curve, over))
     middles = []
     while within.max() > settings.least_turn_rad:
         k = int(within.argmax())

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from worm_model.filament.compiled import compiled, compiled_and_kept
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.compiled import compiled, compiled_and_kept
 
 SUBPIXELS = 3
 """A pixel is so many subpixels wide and high where nothing else is asked for.

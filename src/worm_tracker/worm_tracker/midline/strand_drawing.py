@@ -1,0 +1,233 @@
+"""Draws a body that may lie on itself: where it is, where two strands are, and on each other."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from worm_msgs_py.arrays import Complex, Floats, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
+from worm_tracker.midline.curve import as_complex, complex_arc_length
+
+_MOST_PIECES = 250
+"""Pieces of a body that a byte tells apart; a longer body's pieces are longer."""
+
+
+@dataclass(frozen=True, slots=True)
+class StrandDrawingSettings:
+    """Which pieces of a body are other strands than each other."""
+
+    piece_widths: float = 2.0
+    """Length of the pieces that a body is drawn in: two that are not neighbours are two strands."""
+    hairpin_half_widths: float = 0.6
+    least_hairpin_rad: float = 2.0
+    """Turn over twice that length from which on a bend is a hairpin: its sides are two strands."""
+    beside_hairpin_widths: float = 5.0
+    """How far along the body two strands are apart at most that lie beside each other there."""
+    kink_rad: float = 0.25
+    """Turn between two points of a midline from which on it is drawn with a round joint."""
+
+
+def drawn_strands(
+    shape: tuple[int, ...],
+    points: Floats,
+    widths: Floats,
+    width: float,
+    settings: StrandDrawingSettings,
+) -> tuple[Picture, Picture, Picture]:
+    """Draw a body; return where it is, where two strands of it are, and on each other; 0 or 255.
+
+    Near a hairpin two strands lie beside each other rather than on each other, however tight it is
+    drawn: a body is as high as it is wide. Such a place may be dark or not.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Height and width of the pictures, pixels.
+    points : ndarray, shape (n, 2)
+        The midline (u, v) in the pictures' coordinates.
+    widths : ndarray, shape (n,)
+        Width of the body there, pixels.
+    width : float
+        That of most of the body.
+    settings : StrandDrawingSettings
+    """
+    line = as_complex(points)
+    tangent = np.gradient(line)
+    tangent /= np.maximum(np.abs(tangent), 1e-9)
+    side = 1j * tangent * np.maximum(widths, 1.0) / 2
+    s = complex_arc_length(line)
+    cuts = _cuts(line, s, width, settings)
+    beside = np.searchsorted(s[cuts], s[cuts] - settings.beside_hairpin_widths * width)
+    d = np.diff(line)
+    joint = np.zeros(len(line))
+    sharp = np.abs(np.angle(d[1:] * d[:-1].conj())) > settings.kink_rad
+    joint[1:-1][sharp] = np.maximum(widths[1:-1][sharp], 1.0) / 2
+    body, twice, layered = np.zeros((3, *shape), np.uint8)
+    _draw(line, line + side, line - side, joint, cuts, beside, body, twice, layered)
+    return np.asarray((body > 0).view(np.uint8) * 255, np.uint8), twice, layered
+
+
+def _cuts(
+    line: Complex, s: Floats, width: float, settings: StrandDrawingSettings
+) -> NDArray[np.intp]:
+    """Return the nodes at which a body is cut into pieces; each hairpin is the middle of one.
+
+    So what comes to a hairpin and what leaves it are two strands, wherever along the body it lies.
+    """
+    d = np.diff(line)
+    turned = np.concatenate([[0.0], np.cumsum(np.angle(d[1:] * d[:-1].conj()))])
+    half = settings.hairpin_half_widths * width
+    # Turn from half a hairpin before a node to as much after it.
+    middle = (s[1:] + s[:-1]) / 2
+    turn = np.abs(np.interp(s + half, middle, turned) - np.interp(s - half, middle, turned))
+    ends = [0.0, float(s[-1])]
+    while turn.max() > settings.least_hairpin_rad:
+        apex = s[int(turn.argmax())]
+        turn[np.abs(s - apex) < 4 * half] = 0.0
+        ends += [apex - half, apex + half]
+    ends = sorted(end for end in ends if 0 <= end <= s[-1])
+    piece = max(settings.piece_widths * width, float(s[-1]) / (_MOST_PIECES - len(ends)))
+    cuts = [0.0]
+    for first, last in pairwise(ends):
+        pieces = max(1, round((last - first) / piece))
+        cuts += np.linspace(first, last, pieces + 1)[1:].tolist()
+    return np.unique(np.searchsorted(s, cuts).clip(0, len(line) - 1))
+
+
+@compiled
+def _mark(
+    number: Picture,
+    twice: Picture,
+    layered: Picture,
+    u: int,
+    v: int,
+    piece: int,
+    beside: int,
+) -> None:
+    """Note that a piece of the body covers a pixel, whose `number` is 2 more than the last one's.
+
+    The piece before is the same strand, and so is this one itself.
+    """
+    last = number[v, u]
+    if last == piece + 2:
+        return
+    if 1 <= last <= piece:
+        twice[v, u] = 255
+    if 1 <= last <= beside:
+        layered[v, u] = 255
+    number[v, u] = piece + 2
+
+
+@compiled
+def _fill_polygon(
+    corners_u: Floats,
+    corners_v: Floats,
+    count: int,
+    number: Picture,
+    twice: Picture,
+    layered: Picture,
+    piece: int,
+    beside: int,
+) -> None:
+    """Mark the pixels that lie in a convex polygon, or nearer than half a pixel to its edge."""
+    h, w = number.shape
+    area = 0.0
+    for k in range(count):
+        m = (k + 1) % count
+        area += corners_u[k] * corners_v[m] - corners_u[m] * corners_v[k]
+    turn = 1.0 if area >= 0 else -1.0
+    least_u, most_u = corners_u[:count].min() - 0.5, corners_u[:count].max() + 0.5
+    first_v = max(int(np.ceil(corners_v[:count].min() - 0.5)), 0)
+    last_v = min(int(np.floor(corners_v[:count].max() + 0.5)), h - 1)
+    for v in range(first_v, last_v + 1):
+        low, high = max(least_u, 0.0), min(most_u, w - 1.0)
+        for k in range(count):
+            m = (k + 1) % count
+            du, dv = turn * (corners_u[m] - corners_u[k]), turn * (corners_v[m] - corners_v[k])
+            # Within the edge, or beyond by half a pixel: dv (u - u_k) <= du (v - v_k) + rim.
+            most = du * (v - corners_v[k]) + 0.5 * max(abs(du), abs(dv))
+            if dv > 0:
+                high = min(high, corners_u[k] + most / dv)
+            elif dv < 0:
+                low = max(low, corners_u[k] + most / dv)
+            elif most < 0:
+                high = low - 1.0
+        for u in range(int(np.ceil(low)), int(np.floor(high)) + 1):
+            _mark(number, twice, layered, u, v, piece, beside)
+
+
+@compiled
+def _is_convex(corners_u: Floats, corners_v: Floats) -> bool:
+    """Tell whether four corners turn the same way all round."""
+    left, right = 0, 0
+    for k in range(4):
+        m, n = (k + 1) % 4, (k + 2) % 4
+        turn = (corners_u[m] - corners_u[k]) * (corners_v[n] - corners_v[m])
+        turn -= (corners_v[m] - corners_v[k]) * (corners_u[n] - corners_u[m])
+        left += turn >= 0
+        right += turn <= 0
+    return left == 4 or right == 4
+
+
+@compiled
+def _fill_disc(
+    centre: complex,
+    radius: float,
+    number: Picture,
+    twice: Picture,
+    layered: Picture,
+    piece: int,
+    beside: int,
+) -> None:
+    """Mark the pixels of a disc: a joint is round on its outer side."""
+    h, w = number.shape
+    for v in range(
+        max(int(centre.imag - radius), 0), min(int(centre.imag + radius) + 1, h - 1) + 1
+    ):
+        for u in range(
+            max(int(centre.real - radius), 0), min(int(centre.real + radius) + 1, w - 1) + 1
+        ):
+            if (u - centre.real) ** 2 + (v - centre.imag) ** 2 <= radius**2:
+                _mark(number, twice, layered, u, v, piece, beside)
+
+
+@compiled_for(
+    array_read(types.complex128),
+    array_read(types.complex128),
+    array_read(types.complex128),
+    array_read(types.float64),
+    array_read(types.intp),
+    array_read(types.intp),
+    array_written(types.uint8, 2),
+    array_written(types.uint8, 2),
+    array_written(types.uint8, 2),
+)
+def _draw(
+    line: Complex,
+    left: Complex,
+    right: Complex,
+    joint: Floats,
+    cuts: NDArray[np.intp],
+    beside: NDArray[np.intp],
+    number: Picture,
+    twice: Picture,
+    layered: Picture,
+) -> None:
+    """Draw a body piece by piece, each of quadrilaterals from node to node, and discs at kinks."""
+    corners_u, corners_v = np.empty(4), np.empty(4)
+    for piece in range(len(cuts) - 1):
+        far = beside[piece]
+        for k in range(cuts[piece], cuts[piece + 1]):
+            if joint[k] > 0:
+                _fill_disc(line[k], joint[k], number, twice, layered, piece, far)
+            for corner, z in enumerate((left[k], left[k + 1], right[k + 1], right[k])):
+                corners_u[corner], corners_v[corner] = z.real, z.imag
+            if _is_convex(corners_u, corners_v):
+                _fill_polygon(corners_u, corners_v, 4, number, twice, layered, piece, far)
+                continue
+            _fill_polygon(corners_u, corners_v, 3, number, twice, layered, piece, far)
+            corners_u[1], corners_v[1] = corners_u[3], corners_v[3]
+            _fill_polygon(corners_u, corners_v, 3, number, twice, layered, piece, far)

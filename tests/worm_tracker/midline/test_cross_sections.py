@@ -1,0 +1,78 @@
+"""Cross-sections sample a picture as OpenCV does, and find the edges of a drawn body."""
+
+import cv2
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from worm_tracker.midline.cross_sections import (
+    Covers,
+    CrossSectionSettings,
+    _find_edges,
+    _sample_across,
+    cross_sections,
+)
+
+WIDTH, LEVEL = 14.0, 100.0
+
+
+@given(seed=st.integers(0, 99), u=st.floats(-30.0, 110.0), v=st.floats(-30.0, 90.0))
+@settings(max_examples=30)
+def test_a_picture_is_sampled_as_by_opencv(seed, u, v):
+    signal = np.random.default_rng(seed).integers(0, 256, (60, 80), np.uint8)
+    path = u + 1j * v + 1.7 * np.exp(1j * seed) * np.arange(20)
+    normal, offsets = np.exp(1j * np.arange(20.0)), np.arange(-6.0, 6.5, 0.5)
+    found = np.empty((20, len(offsets)), np.float32)
+    _sample_across(signal, path, normal, offsets, found)
+    at = (path[:, None] + normal[:, None] * offsets).astype(np.complex64).view(np.float32)
+    at = at.reshape(20, -1, 2)
+    border = cv2.BORDER_CONSTANT
+    by_opencv = cv2.remap(signal, at, None, cv2.INTER_LINEAR, borderMode=border).astype(float)
+    assert np.abs(found - by_opencv).max() <= 1  # one grey level where it rounds a half otherwise
+    assert (found != by_opencv).mean() < 0.01
+
+
+@given(seed=st.integers(0, 99), tip=st.booleans())
+@settings(max_examples=30)
+def test_an_edge_is_the_fall_nearest_to_its_place_and_at_a_tip_the_first(seed, tip):
+    rng = np.random.default_rng(seed)
+    profiles = rng.integers(0, 200, (40, 25)).astype(np.float32)
+    threshold, half = rng.uniform(20.0, 180.0, 40), rng.uniform(1.0, 20.0, 40)
+    seen, edges = rng.random(40) < 0.9, np.empty(40)
+    _find_edges(profiles, threshold, seen, half, np.full(40, tip), edges)
+    for profile, height, there, place, edge in zip(
+        profiles, threshold, seen, half, edges, strict=True
+    ):
+        falls = np.flatnonzero((profile[:-1] >= height) & (profile[1:] < height))
+        if not there or not falls.size:
+            assert edge == np.inf
+            continue
+        assert_allclose(np.interp(edge, np.arange(25), profile), height, atol=1e-3)
+        place = 0.0 if tip else place - 0.5
+        assert np.abs(np.floor(edge) - place) <= np.abs(falls - place).min() + 1e-9
+
+
+@given(aside=st.floats(-2.0, 2.0), turn=st.floats(-0.02, 0.02))
+@settings(max_examples=30)
+def test_a_body_beside_a_path_is_where_it_was_drawn(aside, turn):
+    heading = np.exp(1j * turn * np.arange(80))
+    line = 60 + 60j + np.cumsum(1.5 * heading)
+    points = np.stack([line.real, line.imag], axis=1)
+    drawn = np.zeros((200, 240), np.uint8)
+    fixed = np.rint(points * 16).astype(np.int32)
+    cv2.polylines(drawn, [fixed], False, LEVEL, round(WIDTH), cv2.LINE_AA, 4)
+    n = len(line)
+    found = cross_sections(
+        drawn,
+        line - 1j * heading * aside,
+        np.full(n, WIDTH / 2),
+        np.full(n, LEVEL),
+        WIDTH,
+        10,
+        Covers.none(n),
+        CrossSectionSettings(),
+    )
+    inner = slice(12, -12)
+    assert (found.weight[inner] > 0).all()
+    assert_allclose(found.shift[inner], aside, atol=0.35)
