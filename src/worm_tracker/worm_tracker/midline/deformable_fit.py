@@ -24,7 +24,6 @@ _SUBSTEPS = 3
 _FINE_POINTS = (TRACKED_POINTS - 1) * _SUBSTEPS + 1
 """Points of the fine curve."""
 _MOST_PIXELS = 3500
-_BLOCK_ROWS = 128
 _BLOCK_NODES = 8
 _BASIS = np.cos(
     np.pi
@@ -248,30 +247,49 @@ def _normal_equations(
     what all pixels of a node add is that derivative about the sum of their pulls' products, and the
     matrix of all pixels, ten times as long, is never made.
     """
-    nodes = len(moves)
-    u, v = pull.T
-    uu, uv, vv, ru, rv = (
-        np.bincount(nearest, of_pixel, nodes)[:, None]
-        for of_pixel in (u * u, u * v, v * v, u * residual, v * residual)
-    )
-    du, dv = moves[:, 0], moves[:, 1]
-    pulled = np.concatenate([uu * du + uv * dv, uv * du + vv * dv])
-    gradient = (ru * du + rv * dv).sum(axis=0)
-    return _product(np.concatenate([du, dv]), pulled), gradient
+    values = moves.shape[2]
+    matrix, gradient = np.zeros((values, values)), np.zeros(values)
+    _sum_up(moves, nearest, pull, residual, matrix, gradient)
+    return matrix, gradient
 
 
-def _product(a: Floats, b: Floats) -> Floats:
-    """Return aᵀb, in blocks that the linear algebra library does not spread over threads.
-
-    Waking threads for so small a product takes far longer than the product.
-    """
-    rows = -(-len(a) // _BLOCK_ROWS) * _BLOCK_ROWS
-    blocks = []
-    for matrix in (a, b):
-        padded = np.zeros((rows, matrix.shape[1]))
-        padded[: len(matrix)] = matrix
-        blocks.append(padded.reshape(-1, _BLOCK_ROWS, matrix.shape[1]))
-    return np.asarray(np.matmul(blocks[0].transpose(0, 2, 1), blocks[1]).sum(0))
+@compiled_for(
+    array_read(types.float64, 3),
+    array_read(types.intp),
+    array_read(types.float64, 2),
+    array_read(types.float64),
+    array_written(types.float64, 2),
+    array_written(types.float64),
+)
+def _sum_up(
+    moves: Floats,
+    nearest: NDArray[np.intp],
+    pull: Floats,
+    residual: Floats,
+    matrix: Floats,
+    gradient: Floats,
+) -> None:
+    """Add up the normal equations, whose matrix and gradient are zero before."""
+    nodes, _, values = moves.shape
+    sums = np.zeros((nodes, 5))
+    for j in range(len(nearest)):
+        u, v, of_node = pull[j, 0], pull[j, 1], sums[nearest[j]]
+        of_node[0] += u * u
+        of_node[1] += u * v
+        of_node[2] += v * v
+        of_node[3] += u * residual[j]
+        of_node[4] += v * residual[j]
+    for node in range(nodes):
+        uu, uv, vv, along_u, along_v = sums[node]
+        du, dv = moves[node, 0], moves[node, 1]
+        for k in range(values):
+            gradient[k] += along_u * du[k] + along_v * dv[k]
+            by_u, by_v = uu * du[k] + uv * dv[k], uv * du[k] + vv * dv[k]
+            for other in range(k + 1):
+                matrix[k, other] += by_u * du[other] + by_v * dv[other]
+    for k in range(values):
+        for other in range(k):
+            matrix[other, k] = matrix[k, other]
 
 
 def _sampled_pixels(

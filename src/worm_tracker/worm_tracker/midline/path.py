@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numba import types
 
 from worm_msgs_py.arrays import Complex, Floats
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.curve import (
     TRACKED_POINTS,
     as_complex,
@@ -167,11 +169,32 @@ def continued(path: BodyPath, beyond: int, width: float, settings: ContinuationS
 
 def _onwards(stretch: Complex, step: float, count: int, most_curved: float) -> Complex:
     """Return the points that follow on a stretch, on an arc of its curvature (1 / pixels)."""
-    segments = np.diff(stretch)
-    heading = np.unwrap(np.angle(segments))
-    at = step * (np.arange(len(segments)) + 0.5 - len(segments))  # 0 at the stretch's end
-    off = at - at.mean()
-    curvature = float(off @ heading) / float(off @ off)
-    curvature = min(max(curvature, -most_curved), most_curved)
-    angle = heading.mean() + curvature * (step * (np.arange(count) + 0.5) - at.mean())
-    return np.asarray(stretch[-1] + np.cumsum(step * np.exp(1j * angle)), np.complex128)
+    onwards = np.empty(count, np.complex128)
+    _fill_arc(stretch, step, most_curved, onwards)
+    return onwards
+
+
+@compiled_for(
+    array_read(types.complex128), types.float64, types.float64, array_written(types.complex128)
+)
+def _fill_arc(stretch: Complex, step: float, most_curved: float, onwards: Complex) -> None:
+    n = len(stretch) - 1
+    heading = np.empty(n)
+    for k in range(n):
+        heading[k] = np.angle(stretch[k + 1] - stretch[k])
+        while k > 0 and heading[k] - heading[k - 1] > np.pi:
+            heading[k] -= 2 * np.pi
+        while k > 0 and heading[k] - heading[k - 1] < -np.pi:
+            heading[k] += 2 * np.pi
+    # A line through the headings, by least squares; its middle lies half the stretch back.
+    curvature, squares, mean = 0.0, 0.0, heading.mean()
+    for k in range(n):
+        off = step * (k - (n - 1) / 2)
+        curvature += off * (heading[k] - mean)
+        squares += off * off
+    curvature = min(max(curvature / squares, -most_curved), most_curved)
+    point = stretch[n]
+    for k in range(len(onwards)):
+        angle = mean + curvature * step * (k + 0.5 + n / 2)
+        point += step * complex(np.cos(angle), np.sin(angle))
+        onwards[k] = point
