@@ -55,6 +55,8 @@ class PropagatedBody:
         Of each end whether its marks tell that the picture lacks nothing of it.
     hides_slack : bool
         Whether a shorter body, without a way there and back, would explain its object as well.
+    is_s_at_end : bool
+        Whether it makes a sharp S near an end, as no worm does.
     was_slid : bool
         Whether it was slid along itself from the picture before, so that its ends are those there.
     held : HeldBody or None
@@ -74,6 +76,7 @@ class PropagatedBody:
     order_known: bool = False
     whole_ends: tuple[bool, bool] = (False, False)
     hides_slack: bool = False
+    is_s_at_end: bool = False
     was_slid: bool = False
     held: "HeldBody | None" = None
 
@@ -89,8 +92,9 @@ class PropagatedBody:
 
     @property
     def is_explained(self) -> bool:
-        """Whether it explains its object, and no other body does that is known to."""
-        return self.over_limits <= 1 and not (self.frames_unexplained or self.hides_slack)
+        """Whether it explains its object as a worm may lie, and no other body does known to."""
+        odd = self.frames_unexplained or self.hides_slack or self.is_s_at_end
+        return self.over_limits <= 1 and not odd
 
     def transformed(self, motion: Floats) -> "PropagatedBody":
         """Return the body where an affine map (2, 3) of the picture takes it."""

@@ -7,7 +7,8 @@ import pytest
 from body_searches import search_after
 
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
+from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px, s_at_end
+from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
 WIDTH = 12.0
@@ -127,3 +128,13 @@ def test_beside_much_that_a_marked_body_leaves_over_an_end_must_be_surer(over_li
         for each in (body, replace(body, over_limits=0.0))
     )
     assert (most < mostly) is is_stricter
+
+
+@pytest.mark.parametrize(("other_way", "is_s"), [(True, True), (False, False)])
+def test_a_body_that_bends_both_ways_near_an_end_does_not_explain_its_picture(other_way, is_s):
+    bends = np.array([0.9, -0.9 if other_way else 0.9])
+    headings = np.repeat([0.0, *np.cumsum(bends)], [60, 4, 6])
+    path = BodyPath(evenly(200 + 200j + np.cumsum(0.25 * WIDTH * np.exp(1j * headings)), 240))
+    assert s_at_end(path, WIDTH, PropagationSettings()) is is_s
+    body = PropagatedBody(path, 0.95, 0.95, is_s_at_end=is_s)
+    assert body.is_explained is not is_s

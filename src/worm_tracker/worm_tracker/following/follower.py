@@ -29,6 +29,7 @@ from worm_tracker.midline.contour_midline import (
 )
 from worm_tracker.midline.curve import as_complex, length_of
 from worm_tracker.midline.doubled_body import looks_doubled
+from worm_tracker.midline.path import s_turn_at_ends
 from worm_tracker.midline.refine import RefinedMidline, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
@@ -216,8 +217,7 @@ class Follower:
         if self._comes_reversed(found):
             found = found.reversed()
         found = with_known_width(found, detection, model)
-        agreement = _agreement(found, blob)
-        if agreement < settings.least_agreement:
+        if self._makes_s(found) or _agreement(found, blob) < settings.least_agreement:
             return None
         step = length_of(found.points) / (len(found.points) - 1)
         folded = lies_near_itself(as_complex(found.points), width, step)
@@ -229,9 +229,8 @@ class Follower:
         if model and self._may_hide_end(found, model):
             folded = True  # an end that lies on the body leaves a bend, blunter than an end
             seen = replace(found, widths=np.minimum(found.widths, model.widths))
-        checked = folded or agreement < settings.agreement_of_all
         points = view.in_window(seen.points)
-        explains = not checked or explains_object(
+        explains = explains_object(
             replace(seen, points=points),
             view.found_in,
             detection.object_pixels(),
@@ -240,6 +239,12 @@ class Follower:
             residual,
         )
         return found if explains else None
+
+    def _makes_s(self, found: RefinedMidline) -> bool:
+        """Tell whether a midline leads into a bend near an end and back."""
+        near, settings = self._settings.propagation.s_near_end_widths, self._settings
+        sharpest = s_turn_at_ends(found.points, found.width, near)
+        return sharpest > settings.most_s_turn_of_open_rad
 
     def _may_hide_end(self, found: RefinedMidline, model: BodyModel) -> bool:
         """Tell whether an end may lie on the body: it is short, or broad where it ends."""

@@ -37,7 +37,7 @@ from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.midline.strand_exchange import exchanged_strands
 from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.candidate import Candidate
-from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px, whole_ends
+from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px, s_at_end, whole_ends
 from worm_tracker.propagation.loops_in_doubt import loop_in_doubt, turns_known_loop
 from worm_tracker.propagation.only_explanation import is_only_explanation
 from worm_tracker.propagation.overlaps import is_marked, marked_ends
@@ -119,6 +119,7 @@ class CandidateSearch:
             was_turned=in_doubt is not None and self.was_turned(found),
             order_known=self.order_known(found),
             hides_slack=self.hides_slack(found),
+            is_s_at_end=s_at_end(found.path, width, self.settings),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
         )
 

@@ -7,7 +7,7 @@ import numpy as np
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.end_marks import log_odds_of_whole_end
-from worm_tracker.midline.path import BodyPath
+from worm_tracker.midline.path import BodyPath, s_turn_at_ends
 from worm_tracker.midline.self_cover import (
     ends_on_body,
     lies_near_itself,
@@ -128,3 +128,9 @@ def most_end_sd_px(body: PropagatedBody, model: BodyModel, settings: Propagation
     if body.over_limits > over:
         most = min(most, settings.most_end_sd_beside_left_over_widths)
     return most * mean_width(model.widths)
+
+
+def s_at_end(path: BodyPath, width: float, settings: PropagationSettings) -> bool:
+    """Tell whether a body makes a sharp S near an end: that bend is not where it was laid."""
+    sharpest = s_turn_at_ends(path.points, width, settings.s_near_end_widths)
+    return sharpest > settings.most_s_turn_at_end_rad
