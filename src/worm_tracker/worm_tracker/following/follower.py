@@ -217,7 +217,8 @@ class Follower:
         if self._comes_reversed(found):
             found = found.reversed()
         found = with_known_width(found, detection, model)
-        if self._makes_s(found) or _agreement(found, blob) < settings.least_agreement:
+        agreement = _agreement(found, blob)
+        if self._makes_s(found) or agreement < settings.least_agreement:
             return None
         step = length_of(found.points) / (len(found.points) - 1)
         folded = lies_near_itself(as_complex(found.points), width, step)
@@ -229,8 +230,9 @@ class Follower:
         if model and self._may_hide_end(found, model):
             folded = True  # an end that lies on the body leaves a bend, blunter than an end
             seen = replace(found, widths=np.minimum(found.widths, model.widths))
+        checked = folded or agreement < settings.agreement_of_all
         points = view.in_window(seen.points)
-        explains = explains_object(
+        explains = not checked or explains_object(
             replace(seen, points=points),
             view.found_in,
             detection.object_pixels(),

@@ -19,6 +19,8 @@ class FollowerSettings:
     least_area_over_known: float = 0.35
     most_area_over_known: float = 2.2
     """Areas beyond these are not the worm's, whatever it does."""
+    agreement_of_all: float = 0.95
+    """Agreement below which a midline found by the contour may leave something over."""
     most_s_turn_of_open_rad: float = 1.5
     """How sharp an S an open body may make near an end: its midline led into a bend and back."""
     least_agreement: float = 0.7
