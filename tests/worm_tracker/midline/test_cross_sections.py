@@ -2,6 +2,7 @@
 
 import cv2
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -31,6 +32,14 @@ def test_a_picture_is_sampled_as_by_opencv(seed, u, v):
     by_opencv = cv2.remap(signal, at, None, cv2.INTER_LINEAR, borderMode=border).astype(float)
     assert np.abs(found - by_opencv).max() <= 1  # one grey level where it rounds a half otherwise
     assert (found != by_opencv).mean() < 0.01
+
+
+@pytest.mark.parametrize("nowhere", [complex("nan"), complex("inf"), 1e300 - 1e300j])
+def test_where_there_is_no_place_there_is_no_signal(nowhere):
+    signal, found = np.full((60, 80), 200, np.uint8), np.empty((3, 5), np.float32)
+    path = np.array([30 + 30j, nowhere, 40 + 30j])
+    _sample_across(signal, path, np.full(3, 1j), np.arange(-2.0, 3.0), found)
+    assert (found == np.array([[200.0], [0.0], [200.0]])).all()
 
 
 @given(seed=st.integers(0, 99), tip=st.booleans())

@@ -202,6 +202,9 @@ def _sample_across(
         )  # fmt: skip
         for k in range(len(offsets)):
             u, v = u0 + along_u * offsets[k], v0 + along_v * offsets[k]
+            if not (-1 < u < w and -1 < v < h):
+                profiles[node, k] = 0
+                continue
             left, top = int(np.floor(u)), int(np.floor(v))
             part_u, part_v = u - left, v - top
             seen = 0.0

@@ -13,6 +13,8 @@ from worm_tracker.midline.curve import as_complex, complex_arc_length
 
 _MOST_PIECES = 250
 """Pieces of a body that a byte tells apart; a longer body's pieces are longer."""
+_FARTHEST_PX = 1e6
+"""What is farther off, or no number, is not drawn: no whole number tells its pixel."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +138,8 @@ def _fill_polygon(
     h, w = number.shape
     area = 0.0
     for k in range(count):
+        if not max(abs(corners_u[k]), abs(corners_v[k])) < _FARTHEST_PX:
+            return
         m = (k + 1) % count
         area += corners_u[k] * corners_v[m] - corners_u[m] * corners_v[k]
     turn = 1.0 if area >= 0 else -1.0
@@ -184,6 +188,8 @@ def _fill_disc(
 ) -> None:
     """Mark the pixels of a disc: a joint is round on its outer side."""
     h, w = number.shape
+    if not abs(centre) + radius < _FARTHEST_PX:
+        return
     for v in range(
         max(int(centre.imag - radius), 0), min(int(centre.imag + radius) + 1, h - 1) + 1
     ):
