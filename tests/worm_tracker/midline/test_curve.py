@@ -49,6 +49,12 @@ def test_no_cubic_goes_through_one_point_twice():
         cubic_through(complex_arc_length(curve), curve, np.array([1.0]))
 
 
+@pytest.mark.parametrize("count", [0, 1, 2, 3])
+def test_no_cubic_goes_through_fewer_than_four_points(count):
+    with pytest.raises(ValueError, match="four points"):
+        cubic_through(np.arange(float(count)), np.arange(count) + 0j, np.array([1.0]))
+
+
 @given(values=st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=70))
 def test_the_median_of_few_values_is_that_of_numpy(values):
     assert median_of(np.array(values)) == np.median(values)

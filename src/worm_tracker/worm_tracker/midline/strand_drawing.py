@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
@@ -99,28 +100,34 @@ def _cuts(
     return np.unique(np.searchsorted(s, cuts).clip(0, len(line) - 1))
 
 
+class _Drawing(NamedTuple):
+    """What is drawn: at each pixel the number of its last piece and 2; and where strands lie."""
+
+    number: Picture
+    twice: Picture
+    layered: Picture
+
+
 @compiled
 def _mark(
-    number: Picture,
-    twice: Picture,
-    layered: Picture,
+    drawing: _Drawing,
     u: int,
     v: int,
     piece: int,
     beside: int,
 ) -> None:
-    """Note that a piece of the body covers a pixel, whose `number` is 2 more than the last one's.
+    """Note that a piece of the body covers a pixel.
 
     The piece before is the same strand, and so is this one itself.
     """
-    last = number[v, u]
+    last = drawing.number[v, u]
     if last == piece + 2:
         return
     if 1 <= last <= piece:
-        twice[v, u] = 255
+        drawing.twice[v, u] = 255
     if 1 <= last <= beside:
-        layered[v, u] = 255
-    number[v, u] = piece + 2
+        drawing.layered[v, u] = 255
+    drawing.number[v, u] = piece + 2
 
 
 @compiled
@@ -128,14 +135,12 @@ def _fill_polygon(
     corners_u: Floats,
     corners_v: Floats,
     count: int,
-    number: Picture,
-    twice: Picture,
-    layered: Picture,
+    drawing: _Drawing,
     piece: int,
     beside: int,
 ) -> None:
     """Mark the pixels that lie in a convex polygon, or nearer than half a pixel to its edge."""
-    h, w = number.shape
+    h, w = drawing.number.shape
     area = 0.0
     for k in range(count):
         if not max(abs(corners_u[k]), abs(corners_v[k])) < _FARTHEST_PX:
@@ -160,7 +165,7 @@ def _fill_polygon(
             elif most < 0:
                 high = low - 1.0
         for u in range(int(np.ceil(low)), int(np.floor(high)) + 1):
-            _mark(number, twice, layered, u, v, piece, beside)
+            _mark(drawing, u, v, piece, beside)
 
 
 @compiled
@@ -180,14 +185,12 @@ def _is_convex(corners_u: Floats, corners_v: Floats) -> bool:
 def _fill_disc(
     centre: complex,
     radius: float,
-    number: Picture,
-    twice: Picture,
-    layered: Picture,
+    drawing: _Drawing,
     piece: int,
     beside: int,
 ) -> None:
     """Mark the pixels of a disc: a joint is round on its outer side."""
-    h, w = number.shape
+    h, w = drawing.number.shape
     if not abs(centre) + radius < _FARTHEST_PX:
         return
     for v in range(
@@ -197,7 +200,7 @@ def _fill_disc(
             max(int(centre.real - radius), 0), min(int(centre.real + radius) + 1, w - 1) + 1
         ):
             if (u - centre.real) ** 2 + (v - centre.imag) ** 2 <= radius**2:
-                _mark(number, twice, layered, u, v, piece, beside)
+                _mark(drawing, u, v, piece, beside)
 
 
 @compiled_for(
@@ -223,17 +226,18 @@ def _draw(
     layered: Picture,
 ) -> None:
     """Draw a body piece by piece, each of quadrilaterals from node to node, and discs at kinks."""
+    drawing = _Drawing(number, twice, layered)
     corners_u, corners_v = np.empty(4), np.empty(4)
     for piece in range(len(cuts) - 1):
         far = beside[piece]
         for k in range(cuts[piece], cuts[piece + 1]):
             if joint[k] > 0:
-                _fill_disc(line[k], joint[k], number, twice, layered, piece, far)
+                _fill_disc(line[k], joint[k], drawing, piece, far)
             for corner, z in enumerate((left[k], left[k + 1], right[k + 1], right[k])):
                 corners_u[corner], corners_v[corner] = z.real, z.imag
             if _is_convex(corners_u, corners_v):
-                _fill_polygon(corners_u, corners_v, 4, number, twice, layered, piece, far)
+                _fill_polygon(corners_u, corners_v, 4, drawing, piece, far)
                 continue
-            _fill_polygon(corners_u, corners_v, 3, number, twice, layered, piece, far)
+            _fill_polygon(corners_u, corners_v, 3, drawing, piece, far)
             corners_u[1], corners_v[1] = corners_u[3], corners_v[3]
-            _fill_polygon(corners_u, corners_v, 3, number, twice, layered, piece, far)
+            _fill_polygon(corners_u, corners_v, 3, drawing, piece, far)
