@@ -53,6 +53,9 @@ class PropagatedBody:
         Whether its widths tell that its ends are in the order of the body model.
     whole_ends : tuple of bool
         Of each end whether its marks tell that the picture lacks nothing of it.
+    clear_ends : tuple of bool
+        Of each end on or beside the body whether the outline tells where it is: wherever else it
+        might lie, less of the object would be explained.
     hides_slack : bool
         Whether a shorter body, without a way there and back, would explain its object as well.
     is_s_at_end : bool
@@ -75,6 +78,7 @@ class PropagatedBody:
     was_turned: bool = False
     order_known: bool = False
     whole_ends: tuple[bool, bool] = (False, False)
+    clear_ends: tuple[bool, bool] = (False, False)
     hides_slack: bool = False
     is_s_at_end: bool = False
     was_slid: bool = False

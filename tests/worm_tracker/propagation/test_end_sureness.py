@@ -1,17 +1,34 @@
 """An end that may be another, or that the picture does not show, is no surer than what tells it."""
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 import pytest
 from body_searches import search_after
+from drawn_folds import NODES_PER_WIDTH, Drawn, as_rows
 
+from worm_model.simulator.rig.strands import polyline_body
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px, s_at_end
+from worm_tracker.propagation.end_sureness import clear_ends, end_sd_px_of, most_end_sd_px, s_at_end
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
 WIDTH = 12.0
+
+
+class Tapered(Drawn):
+    """A body whose ends taper over two widths; a round one may turn about its middle unseen."""
+
+    @cached_property
+    def body(self):
+        s = np.linspace(0.0, 1.0, len(self.curve)) * WIDTH * len(self.curve) / NODES_PER_WIDTH
+        part = np.minimum(s, s[-1] - s) / (2 * WIDTH)
+        return polyline_body(as_rows(self.curve), WIDTH * (0.15 + 0.85 * np.minimum(part, 1.0)))
+
+
+COMES_OUT = [(9.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (3.55, 0.0)]
+"""A body whose last end crosses its own strand and ends a width beyond its middle."""
 
 
 def hairpin(apart_px, beyond_px=0.0):
@@ -50,6 +67,38 @@ def test_of_one_shade_an_end_on_the_body_is_no_surer_than_the_length(darkening):
     by_length = 0.02 * path.length
     assert first == pytest.approx(by_length if darkening == 0.0 else 1.0)
     assert last == 1.0, "it lies clear of the body"
+
+
+@pytest.mark.parametrize("loop_in_doubt", [None, (0.3, 0.6)])
+def test_of_one_shade_an_end_that_its_outline_tells_is_as_sure_as_it_is_seen(loop_in_doubt):
+    """But not with a loop in doubt: strands that are taken for each other have one outline."""
+    path = hairpin(0.9 * WIDTH, beyond_px=6 * WIDTH)
+    search = search_after(path, WIDTH, 1, loops_known=True)
+    model = replace(search.model, darkening=0.0, length_scatter=0.02)
+    body = PropagatedBody(path, 0.95, 0.95, end_sd_px=(1.0, 1.0), clear_ends=(True, False))
+    first, _ = end_sd_px_of(replace(body, loop_in_doubt=loop_in_doubt), model, search.settings)
+    assert first == pytest.approx(1.0 if loop_in_doubt is None else 0.02 * path.length)
+
+
+@pytest.mark.parametrize(
+    ("arcs", "darkening", "is_clear"),
+    [
+        pytest.param(COMES_OUT, 0.0, True, id="comes out"),
+        pytest.param([(8.0, 0.0), (6 * np.pi + 3, 1 / 3)], 0.0, False, id="lies along the body"),
+        pytest.param(COMES_OUT, 0.45, False, id="overlaps tell it"),
+    ],
+)
+def test_the_outline_tells_an_end_that_comes_out_from_under_the_body(arcs, darkening, is_clear):
+    drawn = Tapered.of(arcs, WIDTH, darker=darkening > 0)
+    path = BodyPath(evenly(drawn.at(np.linspace(0.0, drawn.length, 600)), 240))
+    model = search_after(path, WIDTH, 1, loops_known=True).model
+    at = np.linspace(0.0, drawn.length, len(model.widths))
+    widths = np.interp(at, drawn.body.s_px, drawn.body.width_px)
+    model = replace(model, widths=widths, darkening=darkening)
+    clear = clear_ends(drawn.mask, path, (1.0, 1.0), model, PropagationSettings())
+    assert clear == (False, is_clear), "its first end lies by itself: that is not asked"
+    unsure = clear_ends(drawn.mask, path, (1.0, WIDTH), model, PropagationSettings())
+    assert unsure == (False, False)
 
 
 @pytest.mark.parametrize(("crossing", "is_hidden"), [(True, True), (False, False)])

@@ -78,6 +78,25 @@ def test_only_an_end_that_was_hidden_may_lie_anywhere(end_sd_px, leaps):
     assert search.leaps(candidate(first_end_off))
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_end_that_comes_out_where_none_was_expected_is_led_there(turned):
+    """It was thought to lie hidden along the strand that it crossed: of one shade nothing tells."""
+    drawn = Drawn.of([(16.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (7.0, 0.0)], WIDTH, darker=False)
+    to_strand = drawn.length - 5.0 * WIDTH
+    corner = drawn.at(np.array([to_strand]))[0]
+    along = drawn.curve[0] - drawn.curve[8]
+    hidden = corner + along / abs(along) * np.linspace(0.1, 3.5, 30) * WIDTH
+    curve = evenly(np.r_[drawn.at(np.linspace(0.0, to_strand, 300)), hidden], 240)
+    wrong = BodyPath(curve[::-1] if turned else curve)
+    assert np.abs(wrong.curve[-1 if not turned else 0] - drawn.curve[-1]) > 4 * WIDTH
+    search = search_in(drawn, wrong, (WIDTH, 1.0) if turned else (1.0, WIDTH))
+    assert search.over_limits(search.slid(wrong)) > 1
+    found = followed_or_otherwise(search)
+    assert search.over_limits(found) <= 1
+    tip = found.path.curve[0 if turned else -1]
+    assert abs(tip - drawn.curve[-1]) < 0.3 * WIDTH
+
+
 def closed_by_its_end(clear_widths):
     """Return a body that goes round a loop, its last end so far short of its own strand."""
     return Drawn.of([(18.0, 0.0), (1.5 * np.pi * 3.0, 1 / 3.0), (3.0 - clear_widths, 0.0)], WIDTH)

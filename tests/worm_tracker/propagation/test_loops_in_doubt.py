@@ -13,6 +13,7 @@ from worm_tracker.midline.strand_exchange import (
     exchanged_strands,
 )
 from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.laid_anew import with_strands_exchanged
 from worm_tracker.propagation.propagation import observation_of
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -141,7 +142,7 @@ def test_strands_are_exchanged_where_the_ends_stay_and_no_known_loop_is_turned(
     ends_away[0] += end_moves_widths * width * 1j
     slid = candidate(BodyPath(ends_away))
     monkeypatch.setattr(CandidateSearch, "slid", lambda *_: slid)
-    told = search.exchanged(found)
+    told = with_strands_exchanged(search, found)
     assert told.was_exchanged is is_exchanged
     assert np.array_equal(told.path.curve, slid.path.curve if is_exchanged else found.path.curve)
 

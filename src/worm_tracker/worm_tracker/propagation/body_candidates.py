@@ -32,13 +32,16 @@ from worm_tracker.midline.order_by_widths import order_score
 from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
 from worm_tracker.midline.path_following import slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
-from worm_tracker.midline.regrown_ends import regrown
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
-from worm_tracker.midline.strand_exchange import exchanged_strands
-from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.candidate import Candidate
-from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px, s_at_end, whole_ends
-from worm_tracker.propagation.loops_in_doubt import loop_in_doubt, turns_known_loop
+from worm_tracker.propagation.end_sureness import (
+    clear_ends,
+    end_sd_px_of,
+    most_end_sd_px,
+    s_at_end,
+    whole_ends,
+)
+from worm_tracker.propagation.loops_in_doubt import loop_in_doubt
 from worm_tracker.propagation.only_explanation import is_only_explanation
 from worm_tracker.propagation.overlaps import is_marked, marked_ends
 from worm_tracker.propagation.propagation_settings import PropagationSettings
@@ -121,6 +124,9 @@ class CandidateSearch:
             hides_slack=self.hides_slack(found),
             is_s_at_end=s_at_end(found.path, width, self.settings),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
+            clear_ends=clear_ends(
+                self.seen.mask, found.path, found.end_sd_px, model, self.settings
+            ),
         )
 
     def hides_slack(self, found: Candidate) -> bool:
@@ -216,15 +222,6 @@ class CandidateSearch:
         found = self.scored(slid.path, model.widths)
         return replace(found, end_sd_px=(slid.ends[0].sd, slid.ends[1].sd))
 
-    def followed(self) -> Candidate | None:
-        """Return the last body slid along itself, its strands, bends and ends laid anew."""
-        found = self.slid(self.last)
-        if found is None:
-            return None
-        if self.over_limits(found) > 1 or any(self.ends_lack(found)):
-            found = self.regrown(found)
-        return self.exchanged(found)
-
     def turned_round(self, found: Candidate | None) -> Candidate | None:
         """Return a body the other way round where its widths tell so, else itself.
 
@@ -245,66 +242,6 @@ class CandidateSearch:
             turned_round=was_wrong,
             was_exchanged=True,  # its ends have been exchanged on the way, and what is between
         )
-
-    def exchanged(self, found: Candidate) -> Candidate:
-        """Return a body with two strands exchanged where it is straighter and explains as much."""
-        width, settings = self.model.width, self.settings.exchange
-        path, gain = exchanged_strands(found.path, width, settings)
-        gain += settings.kept_gain * self.body.straighter
-        found = replace(found, straighter=gain)
-        if path is None or gain < settings.least_gain_in_all_rad2:
-            return found
-        again = None if self.keeps_loop(found, path) else self.slid(path)
-        if again is None:
-            return found
-        again = again if self.over_limits(again) <= 1 else self.regrown(again)
-        if self.over_limits(again) > max(self.over_limits(found), 1.0):
-            return found
-        if exchanged_strands(again.path, width, settings)[0] is not None:
-            return found  # neither is straighter
-        if end_displacement(again.path.points, found.path.points) > width:
-            return found  # what lies between the strands is turned round, the ends stay
-        return replace(again, path=replace(again.path, ways=found.path.ways), was_exchanged=True)
-
-    def keeps_loop(self, found: Candidate, path: BodyPath) -> bool:
-        """Tell whether a path passes an open loop otherwise that is known: none turns at once."""
-        if self.seen.dark is None or not self.is_followed or self.over_limits(found) > 1:
-            return False  # where overlaps are no darker an end may have gone on elsewhere unseen
-        width, settings = self.model.width, self.settings
-        most_px = most_end_sd_px(self.body, self.model, settings)
-        end_sd_px = end_sd_px_of(self.body, self.model, settings)
-        seen = end_sd_px[0] < most_px, end_sd_px[1] < most_px
-        return turns_known_loop(found.path, path, self.body, seen, width, settings)
-
-    def regrown(self, found: Candidate) -> Candidate:
-        """Return a body with bends or ends laid anew where that explains more of the object."""
-        for _ in range(self.settings.most_stretches):
-            wanted = found.unexplained.wanted
-            paths = shifted_strands(found.path, wanted, self.model.width, self.settings.shift)
-            tried = [self.scored(path, self.model.widths) for path in paths]
-            best = min([found, *tried], key=lambda one: one.unexplained.total)
-            if best is found:
-                break
-            found = replace(best, end_sd_px=found.end_sd_px)
-        near = self.settings.residual.end_widths * self.model.width
-        if not found.unexplained.wants_near(found.path.points[[0, -1]], 2 * near):
-            return found
-        for last_end in (False, True):
-            path = regrown(
-                found.path,
-                self.seen.mask,
-                found.unexplained.wanted,
-                self.model.width,
-                self.model.end_width(last_end, self.settings.end_part_widths),
-                last_end,
-                self.settings.regrow,
-            )
-            if path is None:
-                continue
-            slid = self.slid(path)
-            if slid is not None and slid.unexplained.total < found.unexplained.total:
-                found = slid
-        return found
 
     def best(
         self, slid: Candidate | None, starts: list[Floats], contour_body: RefinedMidline | None

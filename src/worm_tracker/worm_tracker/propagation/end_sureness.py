@@ -4,9 +4,10 @@ from math import log
 
 import numpy as np
 
-from worm_msgs_py.arrays import Floats, Picture
+from worm_msgs_py.arrays import Complex, Floats, Picture
 from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.end_marks import log_odds_of_whole_end
+from worm_tracker.midline.other_ends import other_ends
 from worm_tracker.midline.path import BodyPath, s_turn_at_ends
 from worm_tracker.midline.self_cover import (
     ends_on_body,
@@ -42,14 +43,15 @@ def end_sd_px_of(
     if coincide and max(body.end_sd_px) > settings.most_end_sd_of_coinciding_widths * model.width:
         return model.width, model.width
     by_marks = _told_by_marks(body, model, settings)
+    by_outline = body.clear_ends if body.loops_known else (False, False)
     sd_px = [
-        sd if on and marks else max(sd, off * ((on and (pale or not dark)) or (pale and short)))
-        for sd, on, pale, short, marks in zip(
+        sd if on and told else max(sd, off * ((on and (pale or not dark)) or (pale and short)))
+        for sd, on, pale, short, told in zip(
             body.end_sd_px,
             on_body,
             model.pale_ends,
             [short and not whole for whole in body.whole_ends],
-            by_marks,
+            [any(told) for told in zip(by_marks, by_outline, strict=True)],
             strict=True,
         )
     ]
@@ -111,6 +113,57 @@ def whole_ends(
         )
     )
     return first, last
+
+
+def clear_ends(
+    mask: Picture,
+    path: BodyPath,
+    end_sd_px: tuple[float, float],
+    model: BodyModel,
+    settings: PropagationSettings,
+) -> tuple[bool, bool]:
+    """Tell of each end on or beside the body whether the outline tells where it lies.
+
+    Asked where overlaps are no darker, so that nothing else does.
+
+    Parameters
+    ----------
+    mask : ndarray of uint8, shape (h, w)
+        The object.
+    path : BodyPath
+        The body in the mask's coordinates.
+    end_sd_px : tuple of float
+        How surely its ends are where they are said to be by what is seen along the path.
+    model : BodyModel
+    settings : PropagationSettings
+    """
+    if overlaps_tell(model, settings):
+        return False, False
+    most_px = settings.most_end_sd_widths * model.width
+    on_body = ends_on_body(path.curve, settings.near_end_widths * model.width, path.step)
+    half = half_widths_along(path, model)
+    first, last = (
+        on and sd < most_px and _is_clear(mask, curve, widths, model.width, settings)
+        for on, sd, curve, widths in zip(
+            on_body, end_sd_px, (path.curve, path.curve[::-1]), (half, half[::-1]), strict=True
+        )
+    )
+    return first, last
+
+
+def _is_clear(
+    mask: Picture, curve: Complex, half: Floats, width: float, settings: PropagationSettings
+) -> bool:
+    """Tell whether a path's first end explains more than any that is not where it is."""
+    others = other_ends(mask, curve, half, width, settings.residual.drawing, settings.other_ends)
+    lost = others.lost_beyond(curve[0], settings.elsewhere_widths * width)
+    return lost > settings.least_lost_elsewhere_widths2
+
+
+def half_widths_along(path: BodyPath, model: BodyModel) -> Floats:
+    """Return half the width that a body is known to have at each node of its path, pixels."""
+    part, known = np.linspace(0, 1, len(path.curve)), np.linspace(0, 1, len(model.widths))
+    return np.interp(part, known, model.widths / 2)
 
 
 def most_end_sd_px(body: PropagatedBody, model: BodyModel, settings: PropagationSettings) -> float:

@@ -2,10 +2,12 @@
 
 from dataclasses import replace
 
+from worm_tracker.midline.led_out import led_out
 from worm_tracker.midline.other_ways import add_if_new, other_ways
 from worm_tracker.midline.path import BodyPath, sharpest_turn
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
+from worm_tracker.propagation.laid_anew import followed_body, keeps_loop
 
 
 def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
@@ -13,7 +15,7 @@ def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
 
     Or one step from there, where that explains far more.
     """
-    found = scene.followed()
+    found = followed_body(scene)
     if found is not None and scene.over_limits(found) > 1 and _is_due(scene):
         found = _lies_otherwise(scene, found)
     elif found is not None and _is_doubted(scene, found):
@@ -44,16 +46,37 @@ def _lies_otherwise(scene: CandidateSearch, found: Candidate) -> Candidate:
     one_step = _added(scene, ways, found.path)
     best = _best_of(scene, one_step)
     if best is None or scene.over_limits(best) > 1:
+        best = _better_of(best, _led_out(scene, found))
+    if best is None or scene.over_limits(best) > 1:
         two_steps = [way for path in one_step for way in _added(scene, ways, path)]
-        raw = sorted(two_steps, key=lambda way: _left(scene, way))[: settings.most_ways_slid]
-        others = [one for one in (best, _best_of(scene, raw)) if one is not None]
-        best = min(others, key=lambda one: one.unexplained.total, default=None)
+        best = _better_of(best, _best_of(scene, _few_of(scene, two_steps, settings.most_ways_slid)))
     if best is None:
         return found
     gain = found.unexplained.total - best.unexplained.total
     if scene.over_limits(best) > 1 and gain < settings.least_gain_of_other_way_widths2:
         return found
     return replace(best, was_exchanged=True)
+
+
+def _led_out(scene: CandidateSearch, found: Candidate) -> Candidate | None:
+    """Return the body with an end led to the piece that it leaves over, if that may be so."""
+    settings, model = scene.settings, scene.model
+    ways = led_out(
+        found.path, found.unexplained.wanted, model.width, model.length, settings.led_out
+    )
+    few = _few_of(scene, ways, settings.most_ways_led_out)
+    return _best_of(scene, few, settings.most_kink_led_out_rad)
+
+
+def _few_of(scene: CandidateSearch, ways: list[BodyPath], most: int) -> list[BodyPath]:
+    """Return those ways that as they are leave least unexplained: to slide one takes long."""
+    return sorted(ways, key=lambda way: _left(scene, way))[:most]
+
+
+def _better_of(one: Candidate | None, other: Candidate | None) -> Candidate | None:
+    """Return the body that leaves less unexplained, of those that there are."""
+    both = [found for found in (one, other) if found is not None]
+    return min(both, key=lambda found: found.unexplained.total, default=None)
 
 
 def _lies_better(scene: CandidateSearch, found: Candidate) -> Candidate:
@@ -63,7 +86,7 @@ def _lies_better(scene: CandidateSearch, found: Candidate) -> Candidate:
     over of that.
     """
     ways = _added(scene, [found.path], found.path)
-    best = _best_of(scene, [way for way in ways if not scene.keeps_loop(found, way)])
+    best = _best_of(scene, [way for way in ways if not keeps_loop(scene, found, way)])
     most = scene.settings.most_over_limits_of_better_way * scene.over_limits(found)
     if best is None or scene.over_limits(best) > most:
         return found
@@ -80,13 +103,17 @@ def _added(scene: CandidateSearch, ways: list[BodyPath], path: BodyPath) -> list
     ]
 
 
-def _best_of(scene: CandidateSearch, ways: list[BodyPath]) -> Candidate | None:
+def _best_of(
+    scene: CandidateSearch, ways: list[BodyPath], most_kink_rad: float | None = None
+) -> Candidate | None:
     """Return the body slid along one of some ways that leaves least unexplained.
 
-    Without a leap, and without a kink that it did not have: that explains what it should not.
+    Without a leap, and without a kink that it did not have: that explains what it should not. How
+    much more sharply it may turn is told where that is not what all such ways may.
     """
     before = sharpest_turn(scene.last, scene.model.width)
-    most_turn = max(scene.settings.most_turn_rad_per_width, before + scene.settings.most_kink_rad)
+    kink = scene.settings.most_kink_rad if most_kink_rad is None else most_kink_rad
+    most_turn = max(scene.settings.most_turn_rad_per_width, before + kink)
     slid = [one for way in ways if (one := scene.slid(way)) is not None]
     sound = [
         one

@@ -7,6 +7,8 @@ from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
 from worm_tracker.midline.end_marks import EndMarksSettings
 from worm_tracker.midline.hidden_slack import HiddenSlackSettings
+from worm_tracker.midline.led_out import LedOutSettings
+from worm_tracker.midline.other_ends import OtherEndsSettings
 from worm_tracker.midline.other_ways import OtherWaysSettings
 from worm_tracker.midline.overlap_darkening import OverlapDarkeningSettings
 from worm_tracker.midline.path_following import PathFollowingSettings
@@ -60,6 +62,11 @@ class PropagationSettings:
     not told unless both are as sure as that."""
     near_end_widths: float = 1.1
     """How near another part of the body an end lies on it or against it."""
+    elsewhere_widths: float = 0.4
+    least_lost_elsewhere_widths2: float = 0.03
+    """How far from where it is told an end lies elsewhere, and how much less of the object any such
+    end must explain for the outline alone to tell it: of 305 ends on bodies of one shade none was
+    more than a width off then, of 1695 others every other one."""
     near_crossing_widths: float = 0.6
     """How near to an end two other strands may cross for it to be told: of 39 ends at crossings 27
     were more than a width off, of 4543 on one other strand 12."""
@@ -128,6 +135,12 @@ class PropagationSettings:
     """Of the ways that are two steps from where it lay, how many are looked at closely."""
     most_kink_rad: float = 0.2
     """How much more sharply than the body did such a way may turn, where that is a kink."""
+    most_ways_led_out: int = 3
+    most_kink_led_out_rad: float = 0.6
+    """The same of ways that lead an end to a piece that is left over: an end that comes out makes a
+    hairpin sharper than it was followed."""
+    most_lost_by_likelier_end_widths2: float = 0.02
+    """How much more a body may leave over with an end where its outline is explained best."""
     least_gain_of_other_way_widths2: float = 0.2
     """What another way must explain more to be taken though it leaves something over, too."""
     most_over_limits_alone: float = 0.35
@@ -158,6 +171,8 @@ class PropagationSettings:
     """As the detector has them."""
     end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
     overlaps: OverlapDarkeningSettings = field(default_factory=OverlapDarkeningSettings)
+    led_out: LedOutSettings = field(default_factory=LedOutSettings)
+    other_ends: OtherEndsSettings = field(default_factory=OtherEndsSettings)
     other_ways: OtherWaysSettings = field(default_factory=OtherWaysSettings)
     regrow: RegrownEndsSettings = field(default_factory=RegrownEndsSettings)
     exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)
