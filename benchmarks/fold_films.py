@@ -51,14 +51,15 @@ LINE_FILMS = tuple((worm, look) for worm in WORMS for look in LINE_LOOKS)
 STEERED_FILMS = tuple(
     (f"s{seed}", look)
     for look, seeds in {
-        "steered": (3, 9, 25, 28, 31, 35, 38, 41, 47, 49),
-        "steered_coarse": (5, 8, 22, 26, 32, 37, 40, 42, 45, 48, 50, 53, 56),
-        "steered_pale": (7, 12, 24, 33, 36, 39, 43, 46, 52, 54),
-        "steered_one_shade": (1, 10, 23, 34, 51, 55),
+        "steered": (3, 9, 25, 28, 31, 35, 38, 41, 47, 49, 57, 60, 63),
+        "steered_coarse": (5, 8, 22, 26, 32, 37, 40, 42, 45, 48, 50, 53, 56, 58, 61),
+        "steered_pale": (7, 12, 24, 33, 36, 39, 43, 46, 52, 54, 59),
+        "steered_one_shade": (1, 10, 23, 34, 51, 55, 64),
     }.items()
     for seed in seeds
 )
-"""Worms of other motions, drawn in a third way; s and the seed: of 1 to 28 those that fold."""
+"""Worms of other motions, drawn in a third way; s and the seed: of 1 to 28, and from 57 on, those
+that fold."""
 MORE_FILMS = ((OPEN, "skin_w4"), (OPEN, "skin_w5"), ("4002", "thin_tail"), ("4004", "thin_tail"))
 
 
