@@ -63,6 +63,13 @@ def test_an_end_that_was_followed_short_is_found_where_it_comes_out(cut_widths, 
     assert abs(found[-1] - curve[-1]) < 1e-6, "the rest of it lies as it did"
 
 
+def test_an_end_that_was_slid_to_within_a_third_of_a_width_stays_where_it_is():
+    """Sliding finds it below a pixel; other ends are tried a quarter of a width apart."""
+    drawn = Drawn.of(crossing(2.5), WIDTH, darker=False)
+    curve = path_from_last_end(drawn, 0.33)
+    assert likelier_end(others_of(drawn, curve), curve, WIDTH, SETTINGS) is None
+
+
 @pytest.mark.parametrize("bend", [-0.8, 0.8])
 def test_an_end_that_turned_aside_is_found_on_that_side(bend):
     straight, turned = [(20.0, 0.0)], [(17.5, 0.0), (2.5, bend)]

@@ -41,7 +41,9 @@ class OtherEndsSettings:
     longer_sd_widths: float = 1.5
     """What a likely end differs by: in what it explains, in its place, its bend and its length."""
     least_gain_widths2: float = 0.04
-    """How much more another end must explain to be the likelier one."""
+    least_moved_widths: float = 0.4
+    """How much more another end must explain to be the likelier one, and how far away it must lie:
+    of ends nearer to each other the one that was slid there is known below a pixel."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -148,14 +150,16 @@ def likelier_end(
         return None
     s = complex_arc_length(curve)
     longer = others.length - s[others.cut.astype(int)]
+    moved = np.abs(others.tips - curve[0]) / width
     cost = (
         others.unexplained / settings.unexplained_sd_widths2
-        + (np.abs(others.tips - curve[0]) / width / settings.moved_sd_widths) ** 2 / 2
+        + (moved / settings.moved_sd_widths) ** 2 / 2
         + (others.bend / settings.bend_sd_per_width) ** 2 / 2
         + (longer / width / settings.longer_sd_widths) ** 2 / 2
     )
     best = int(cost.argmin())
-    if others.told - others.unexplained[best] < settings.least_gain_widths2:
+    gain = others.told - others.unexplained[best]
+    if gain < settings.least_gain_widths2 or moved[best] < settings.least_moved_widths:
         return None
     cut, bend = int(others.cut[best]), others.bend[best : best + 1] / width
     arc = _arcs(curve[cut], curve[cut + 2], float(others.length[best]), bend, float(s[1]))[0]
