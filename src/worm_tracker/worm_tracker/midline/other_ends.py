@@ -58,8 +58,8 @@ class OtherEnds:
         The same of others.
     tips : ndarray of complex, shape (n,)
         Where those end, u + iv.
-    cut : ndarray of int, shape (n,)
-        At which node of the body they begin to lie otherwise.
+    cut : ndarray, shape (n,)
+        At which node of the body they begin to lie otherwise, a whole number.
     bend : ndarray, shape (n,)
         How they bend from there on, radians in a width.
     length : ndarray, shape (n,)

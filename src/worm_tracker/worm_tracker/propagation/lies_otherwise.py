@@ -44,12 +44,13 @@ def _lies_otherwise(scene: CandidateSearch, found: Candidate) -> Candidate:
     settings = scene.settings
     ways = [found.path]
     one_step = _added(scene, ways, found.path)
-    best = _best_of(scene, one_step)
+    best = _best_of(scene, one_step, settings.most_kink_rad)
     if best is None or scene.over_limits(best) > 1:
         best = _better_of(best, _led_out(scene, found))
     if best is None or scene.over_limits(best) > 1:
         two_steps = [way for path in one_step for way in _added(scene, ways, path)]
-        best = _better_of(best, _best_of(scene, _few_of(scene, two_steps, settings.most_ways_slid)))
+        few = _few_of(scene, two_steps, settings.most_ways_slid)
+        best = _better_of(best, _best_of(scene, few, settings.most_kink_rad))
     if best is None:
         return found
     gain = found.unexplained.total - best.unexplained.total
@@ -86,7 +87,8 @@ def _lies_better(scene: CandidateSearch, found: Candidate) -> Candidate:
     over of that.
     """
     ways = _added(scene, [found.path], found.path)
-    best = _best_of(scene, [way for way in ways if not keeps_loop(scene, found, way)])
+    otherwise = [way for way in ways if not keeps_loop(scene, found, way)]
+    best = _best_of(scene, otherwise, scene.settings.most_kink_rad)
     most = scene.settings.most_over_limits_of_better_way * scene.over_limits(found)
     if best is None or scene.over_limits(best) > most:
         return found
@@ -104,16 +106,15 @@ def _added(scene: CandidateSearch, ways: list[BodyPath], path: BodyPath) -> list
 
 
 def _best_of(
-    scene: CandidateSearch, ways: list[BodyPath], most_kink_rad: float | None = None
+    scene: CandidateSearch, ways: list[BodyPath], most_kink_rad: float
 ) -> Candidate | None:
     """Return the body slid along one of some ways that leaves least unexplained.
 
-    Without a leap, and without a kink that it did not have: that explains what it should not. How
-    much more sharply it may turn is told where that is not what all such ways may.
+    Without a leap, and without a kink that it did not have: that explains what it should not. It
+    may turn by so much more sharply than the body did.
     """
     before = sharpest_turn(scene.last, scene.model.width)
-    kink = scene.settings.most_kink_rad if most_kink_rad is None else most_kink_rad
-    most_turn = max(scene.settings.most_turn_rad_per_width, before + kink)
+    most_turn = max(scene.settings.most_turn_rad_per_width, before + most_kink_rad)
     slid = [one for way in ways if (one := scene.slid(way)) is not None]
     sound = [
         one
