@@ -37,6 +37,7 @@ def queue_of(*observations, hold_back_frames=256, steps=()):
         np.nan,
         most_frames_for_body=TRACKER.most_frames_for_body,
         agreement=TRACKER.agreement,
+        brief_gaps=TRACKER.brief_gaps,
     )
     for frame, (observation, elapsed) in enumerate(zip_longest(observations, map(Elapsed, steps))):
         stamp_ns = frame * FRAME_NS

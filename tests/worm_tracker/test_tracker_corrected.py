@@ -12,6 +12,7 @@ from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.propagation.opening import AgreementSettings
 from worm_tracker.tracker import Tracker
+from worm_tracker.waiting.brief_gaps import BriefGapSettings
 from worm_tracker.waiting.frame_queue import FrameQueue
 from worm_tracker.waiting.frame_state import PendingFrame
 from worm_tracker.worm_track import WormTrack
@@ -157,6 +158,7 @@ def test_a_head_in_the_passage_comes_from_the_chamber_that_the_corrected_head_wa
             corrections,
             most_frames_for_body=0,
             agreement=AgreementSettings(),
+            brief_gaps=BriefGapSettings(),
         )
         for frame, (first_u, last_u) in enumerate([(60, 440), (240, 260)]):
             line = np.stack([np.linspace(first_u, last_u, 121), np.full(121, 100.0)], axis=1)

@@ -31,6 +31,7 @@ from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail, He
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.propagation.opening import AgreementSettings
+from worm_tracker.waiting.brief_gaps import BriefGapSettings
 from worm_tracker.waiting.frame_queue import FrameQueue
 from worm_tracker.waiting.frame_state import PendingFrame
 from worm_tracker.waiting.leaping_ends import LeapingEnds, LeapingEndsSettings
@@ -54,6 +55,7 @@ class TrackerSettings:
     that takes fits beside a new frame of 30 a second, and a live trial skips none for it."""
     agreement: AgreementSettings = field(default_factory=AgreementSettings)
     """When the way into a fold and the way back out of it confirm each other."""
+    brief_gaps: BriefGapSettings = field(default_factory=BriefGapSettings)
     leaping_ends: LeapingEndsSettings = field(default_factory=LeapingEndsSettings)
     opencv_threads: int | None = 1
     """Threads of OpenCV in this process; None leaves them as they are. On windows as small as a
@@ -138,6 +140,7 @@ class Tracker:
             self._corrections,
             most_frames_for_body=settings.most_frames_for_body,
             agreement=settings.agreement,
+            brief_gaps=settings.brief_gaps,
         )
         self._leaping_ends = LeapingEnds(settings.leaping_ends)
         self._statuses = Counter[Status]()

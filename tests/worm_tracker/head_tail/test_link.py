@@ -12,6 +12,7 @@ from worm_tracker.head_tail.identity import HeadTail, HeadTailSettings
 from worm_tracker.head_tail.link import Chain, KnownAgain, LinkSettings
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.opening import AgreementSettings
+from worm_tracker.waiting.brief_gaps import BriefGapSettings
 from worm_tracker.waiting.frame_queue import FrameQueue
 from worm_tracker.waiting.frame_state import PendingFrame
 from worm_tracker.worm_track import WormTrack
@@ -138,7 +139,14 @@ def test_a_body_whose_widths_tell_its_order_keeps_its_ends_wherever_it_lies(arms
 
 
 def queue_of(head_tail):
-    return FrameQueue(head_tail, 256, np.nan, most_frames_for_body=0, agreement=AgreementSettings())
+    return FrameQueue(
+        head_tail,
+        256,
+        np.nan,
+        most_frames_for_body=0,
+        agreement=AgreementSettings(),
+        brief_gaps=BriefGapSettings(),
+    )
 
 
 def heads_given(seen):

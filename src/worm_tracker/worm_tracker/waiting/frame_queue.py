@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 from math import ceil
 
 from worm_msgs_py.contract.body import TrackedFrame
@@ -18,6 +19,7 @@ from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail
 from worm_tracker.head_tail.link import KnownAgain, LinkDecision
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.opening import AgreementSettings
+from worm_tracker.waiting.brief_gaps import BriefGaps, BriefGapSettings
 from worm_tracker.waiting.frame_state import PendingFrame, tracked_frame
 from worm_tracker.waiting.ways_back import Coils, PropagateBack, WayBack
 
@@ -36,6 +38,7 @@ class FrameQueue:
         Whose frames leave with head and tail exchanged.
     most_frames_for_body : int
     agreement : AgreementSettings
+    brief_gaps : BriefGapSettings
         See `TrackerSettings`.
 
     Attributes
@@ -53,11 +56,13 @@ class FrameQueue:
         *,
         most_frames_for_body: int,
         agreement: AgreementSettings,
+        brief_gaps: BriefGapSettings,
     ) -> None:
         self._head_tail = head_tail
         self._most_frames_for_body = min(hold_back_frames, most_frames_for_body)
         self._corrections = corrections
         self._agreement = agreement
+        self._brief_gaps = BriefGaps(brief_gaps)
         self._hold_back_frames = hold_back_frames
         self._px_per_mm = px_per_mm
         self._waiting: deque[PendingFrame] = deque()
@@ -313,7 +318,13 @@ class FrameQueue:
             own = certainty_before_link(sure, pending.own_reliability)
             in_doubt = unsure and pending.observation.seen is not None
             told.append((sure >= 0.5, LEAST_CERTAINTY if in_doubt else max(own, 1 - own)))
-        return [self._tracked(self._linked.popleft(), *told[k]) for k in range(count)]
+        observations = self._brief_gaps.tell(self._linked, count)
+        given = [
+            replace(self._linked.popleft(), observation=observation) for observation in observations
+        ]
+        return [
+            self._tracked(pending, *each) for pending, each in zip(given, told[:count], strict=True)
+        ]
 
     def _first_is_head(self, given: int) -> tuple[list[float], float]:
         """Return how probable it is of each linked frame that its first end is the head.

@@ -1,0 +1,168 @@
+"""An end that is hidden for a moment is told from where it was before and after."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from waiting_frames import SEEN, WIDTH
+
+from worm_msgs_py import Status
+from worm_tracker.observation import Observation
+from worm_tracker.waiting.brief_gaps import BriefGaps, BriefGapSettings, told_over_gap
+from worm_tracker.waiting.frame_state import PendingFrame
+
+NODES = 121
+HIDDEN = 12
+MIDDLE = 40
+"""The frame asked for, of those that a film has."""
+FRAMES = 81
+
+
+def hairpin(frame, *, apart_widths=1.2):
+    """A worm bent double, one arm beside the other, that slides and swings: its true midline."""
+    length, arms = 260.0, apart_widths * WIDTH
+    s = np.linspace(0, length, NODES) - 130 + 1.5 * frame
+    bend = np.clip(s / (0.5 * arms), -0.5 * np.pi, 0.5 * np.pi)
+    along = np.abs(s - 0.5 * arms * bend)
+    u = 200 - along + 0.5 * arms * np.cos(bend)
+    return np.stack([u, 100 + 0.5 * arms * np.sin(bend) + 0.4 * frame], axis=1)
+
+
+def folded(frame, **more):
+    points = hairpin(frame)
+    known = Observation(Status.FOLDED, 200.0, 100.0, points, np.full(NODES, WIDTH), 0.9, WIDTH)
+    return replace(known, **more)
+
+
+def with_end_hidden(frame, off_widths=0.0, **more):
+    """Its tail is under the body, and supposed aside."""
+    seen = folded(frame, status=Status.END_HIDDEN, occluded=(0, HIDDEN), unresolved=SEEN, **more)
+    points = seen.points.copy()
+    points[-HIDDEN:] += off_widths * WIDTH * np.array([0.6, 0.8])
+    return replace(seen, points=points)
+
+
+def followed_only(frame, off_widths=0.0, *, turned=False):
+    body = folded(frame, points=hairpin(frame) + np.array([0.0, off_widths * WIDTH]))
+    body = body.reversed() if turned else body
+    return Observation(Status.COILED, 200.0, 100.0, unresolved=SEEN, followed=body)
+
+
+def film(hidden, seen_so=with_end_hidden, *, frames_per_s=25.0):
+    """Frames of which some hide an end."""
+    frames = []
+    for k in range(FRAMES):
+        seen = seen_so(k) if k in hidden else folded(k)
+        frames.append(PendingFrame(k, round(1e9 * k / frames_per_s), seen, None))
+    return frames
+
+
+def gap_of(count, middle=MIDDLE):
+    first = middle - count // 2
+    return range(first, first + count)
+
+
+def told_in_the_middle(frames):
+    return told_over_gap(frames, MIDDLE, BriefGapSettings())
+
+
+@pytest.mark.parametrize("count", [1, 2, 9, 25])
+@pytest.mark.parametrize("off_widths", [0.0, 0.6])
+def test_an_end_hidden_for_a_moment_is_told_to_half_of_what_it_was_supposed_aside(
+    count, off_widths
+):
+    told = told_in_the_middle(film(gap_of(count), lambda k: with_end_hidden(k, off_widths)))
+    assert told.status is Status.FOLDED
+    assert told.shows_pose
+    away = np.hypot(*(told.points - hairpin(MIDDLE)).T)
+    assert away[-HIDDEN:].max() == pytest.approx(0.5 * off_widths * WIDTH, abs=0.05 * WIDTH)
+    assert away[:-HIDDEN].max() == 0
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [
+        pytest.param(film(gap_of(27)), id="hidden for longer than a second"),
+        pytest.param(film(gap_of(11), frames_per_s=10.0), id="the same at ten frames a second"),
+        pytest.param(film(gap_of(3), lambda k: with_end_hidden(k, 0.8)), id="supposed elsewhere"),
+        pytest.param(film([*range(31, 37), *range(38, 42)]), id="one frame tells it before"),
+        pytest.param(film([*range(39, 42), *range(43, 50)]), id="one frame tells it after"),
+        pytest.param(film(range(MIDDLE, FRAMES)), id="never told after"),
+        pytest.param(film(range(MIDDLE + 1)), id="never told before"),
+    ],
+)
+def test_an_end_is_not_told_where_its_way_is_not_known(frames):
+    assert told_in_the_middle(frames) is frames[MIDDLE].observation
+
+
+def test_an_end_that_anything_but_the_body_hides_stays_hidden():
+    """A hand, or glare: nothing was seen of it by which it could be supposed."""
+
+    def stretched(k):
+        line = np.stack([np.linspace(0, 260, NODES) + k, np.full(NODES, 100.0)], axis=1)
+        return replace(with_end_hidden(k), points=line, unresolved=None)
+
+    frames = film(gap_of(3), stretched)
+    assert told_in_the_middle(frames) is frames[MIDDLE].observation
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_body_that_was_followed_only_is_told_in_the_order_of_those_beside_it(turned):
+    frames = film(gap_of(5), lambda k: followed_only(k, 0.4, turned=turned))
+    told = told_in_the_middle(frames)
+    assert told.status is Status.FOLDED
+    assert np.hypot(*(told.points - hairpin(MIDDLE)).T).max() < 0.25 * WIDTH
+
+
+def test_a_body_that_was_followed_elsewhere_for_a_moment_is_not_told():
+    told = told_in_the_middle(film(gap_of(5), lambda k: followed_only(k, 1.0)))
+    assert told.status is Status.COILED
+
+
+def test_a_loop_in_doubt_stays_so_where_an_end_is_told():
+    frames = film(gap_of(5), lambda k: with_end_hidden(k, in_doubt=(40, 80)))
+    told = told_in_the_middle(frames)
+    assert told.status is Status.LOOP_IN_DOUBT
+    assert told.in_doubt == (40, 80)
+    assert told.occluded == (0, 0)
+
+
+@given(
+    st.lists(st.sampled_from(["told", "hidden", "aside", "followed", "nothing"]), max_size=60),
+    st.lists(st.integers(0, 20), max_size=8),
+)
+def test_what_is_told_does_not_hang_on_how_many_frames_leave_at_once(kinds, counts):
+    how = {
+        "told": folded,
+        "hidden": with_end_hidden,
+        "aside": lambda k: with_end_hidden(k, 0.9),
+        "followed": followed_only,
+        "nothing": lambda k: Observation(Status.NO_WORM),
+    }
+    frames = [PendingFrame(k, 40_000_000 * k, how[kind](k), None) for k, kind in enumerate(kinds)]
+    at_once = BriefGaps(BriefGapSettings()).tell(frames, len(frames))
+    gaps, told = BriefGaps(BriefGapSettings()), []
+    for count in [*counts, len(frames)]:
+        some = min(count, len(frames) - len(told))
+        told += gaps.tell(frames[len(told) :], some)
+    assert [one.status for one in told] == [one.status for one in at_once]
+    for one, other in zip(told, at_once, strict=True):
+        assert np.array_equal(one.points, other.points)
+        assert one.occluded == other.occluded
+
+
+@given(st.lists(st.booleans(), min_size=3, max_size=40))
+def test_what_a_frame_tells_itself_is_never_changed(hides):
+    frames = [
+        PendingFrame(k, 40_000_000 * k, (with_end_hidden if hidden else folded)(k), None)
+        for k, hidden in enumerate(hides)
+    ]
+    told = BriefGaps(BriefGapSettings()).tell(frames, len(frames))
+    for frame, one in zip(frames, told, strict=True):
+        seen = frame.observation
+        own = slice(None, NODES - seen.occluded[1])
+        assert np.array_equal(one.points[own], seen.points[own])
+        if seen.status is Status.FOLDED:
+            assert one is seen
