@@ -50,11 +50,13 @@ def followed_only(frame, off_widths=0.0, *, turned=False):
     return Observation(Status.COILED, 200.0, 100.0, unresolved=SEEN, followed=body)
 
 
-def film(hidden, seen_so=with_end_hidden, *, frames_per_s=25.0):
-    """Frames of which some hide an end."""
+def film(hidden, seen_so=with_end_hidden, *, frames_per_s=25.0, leaps_from=FRAMES):
+    """Frames of which some hide an end; the tail may be elsewhere from one of them on."""
     frames = []
     for k in range(FRAMES):
         seen = seen_so(k) if k in hidden else folded(k)
+        if k >= leaps_from:
+            seen.points[-HIDDEN:, 1] += 1.5 * WIDTH
         frames.append(PendingFrame(k, round(1e9 * k / frames_per_s), seen, None))
     return frames
 
@@ -89,6 +91,7 @@ def test_an_end_hidden_for_a_moment_is_told_to_half_of_what_it_was_supposed_asid
         pytest.param(film(gap_of(3), lambda k: with_end_hidden(k, 0.8)), id="supposed elsewhere"),
         pytest.param(film([*range(31, 37), *range(38, 42)]), id="one frame tells it before"),
         pytest.param(film([*range(39, 42), *range(43, 50)]), id="one frame tells it after"),
+        pytest.param(film(range(39, 42), leaps_from=43), id="it leaps soon after"),
         pytest.param(film(range(MIDDLE, FRAMES)), id="never told after"),
         pytest.param(film(range(MIDDLE + 1)), id="never told before"),
     ],
@@ -153,6 +156,17 @@ def test_what_is_told_does_not_hang_on_how_many_frames_leave_at_once(kinds, coun
         assert one.occluded == other.occluded
 
 
+@given(st.lists(st.integers(-200, 200), min_size=9, max_size=9))
+def test_stamps_that_do_not_increase_tell_nothing_false(jitter_ms):
+    frames = [
+        replace(each, stamp_ns=each.stamp_ns + 1_000_000 * late)
+        for each, late in zip(film([MIDDLE])[36:45], jitter_ms, strict=True)
+    ]
+    told = told_over_gap(frames, 4, BriefGapSettings())
+    away = np.hypot(*(told.points - hairpin(MIDDLE)).T)
+    assert away.max() < 0.4 * WIDTH
+
+
 @given(st.lists(st.booleans(), min_size=3, max_size=40))
 def test_what_a_frame_tells_itself_is_never_changed(hides):
     frames = [
@@ -166,3 +180,38 @@ def test_what_a_frame_tells_itself_is_never_changed(hides):
         assert np.array_equal(one.points[own], seen.points[own])
         if seen.status is Status.FOLDED:
             assert one is seen
+
+
+def ready_of(frames, first, newest_s=0.0):
+    """How many frames from one on need not wait, when the last of them have come."""
+    gaps = BriefGaps(BriefGapSettings())
+    newest_ns = frames[-1].stamp_ns + round(1e9 * newest_s)
+    return gaps.ready(frames[first:], len(frames) - first, newest_ns)
+
+
+def test_only_a_frame_of_a_fold_that_has_no_pose_waits():
+    assert ready_of(film([]), 0) == FRAMES
+    assert ready_of(film(range(70, FRAMES)), 0) == 70
+    assert ready_of(film(range(70, FRAMES), followed_only), 0) == 70
+    gone = [PendingFrame(k, 40_000_000 * k, Observation(Status.NO_WORM), None) for k in range(9)]
+    assert ready_of(gone, 0) == 9
+
+
+@pytest.mark.parametrize("hidden", [1, 3, 12])
+def test_a_frame_waits_until_enough_of_those_after_it_tell_where_its_end_was(hidden):
+    """It is told as it is once all are known."""
+    all_known = film(gap_of(hidden))
+    first = gap_of(hidden)[0]
+    told = told_over_gap(all_known, first, BriefGapSettings())
+    behind = next(b for b in range(first + 1, FRAMES) if ready_of(all_known[:b], first) > 0)
+    assert behind == first + hidden + 5
+    assert np.array_equal(
+        told.points, told_over_gap(all_known[:behind], first, BriefGapSettings()).points
+    )
+
+
+def test_a_frame_waits_no_longer_than_a_gap_may_be():
+    frames = film(range(MIDDLE, FRAMES))
+    reach_s = BriefGapSettings().reach_s
+    assert ready_of(frames[: MIDDLE + 1], MIDDLE, reach_s - 0.01) == 0
+    assert ready_of(frames[: MIDDLE + 1], MIDDLE, reach_s + 0.01) == 1

@@ -186,14 +186,18 @@ class FrameQueue:
         if over > 0:
             self._end_way_back()
         self._link_oldest(min(len(self._waiting), over - len(self._linked)))
+        ready = 0
         if self._head_tail.corrected or (self._head_tail.certain and not self._body_is_new):
-            return self._give(len(self._linked), body_in_doubt)
-        free = 0
-        for pending in self._linked:
-            if pending.observation.has_midline:
-                break
-            free += 1
-        return self._give(max(free, min(over, len(self._linked))), body_in_doubt)
+            ready = len(self._linked)
+        else:
+            for pending in self._linked:
+                if pending.observation.has_midline:
+                    break
+                ready += 1
+        if ready:
+            newest_ns = (self._waiting or self._linked)[-1].stamp_ns
+            ready = self._brief_gaps.ready(list(self._linked), ready, newest_ns)
+        return self._give(max(ready, min(over, len(self._linked))), body_in_doubt)
 
     def finish(self, body_in_doubt: bool = False) -> list[TrackedFrame]:
         """Return all frames that wait, as `release` does; none comes after them."""
