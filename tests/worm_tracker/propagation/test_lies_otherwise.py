@@ -10,7 +10,9 @@ from drawn_folds import LEVEL, Drawn, rounded_widths
 from worm_tracker.midline.body_residual import ObjectMasks
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings, turned_at_end
+from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
+from worm_tracker.propagation.propagation import propagate
 
 WIDTH = 12.0
 ARM, TURN = 16.0, 1 / 1.6
@@ -134,3 +136,29 @@ def test_a_lost_body_is_sought_in_each_picture_at_first_and_then_now_and_then(
     search = search_in(drawn, wrong, end_sd_px=(1.0, WIDTH))
     search = replace(search, body=replace(search.body, frames_unexplained=unexplained))
     assert (search.over_limits(followed_or_otherwise(search)) <= 1) is is_sought
+
+
+@pytest.mark.parametrize(
+    ("unexplained", "opens", "is_fitted"),
+    [(0, False, True), (5, False, True), (6, False, False), (8, False, True), (6, True, True)],
+)
+def test_a_lost_body_is_fitted_anew_as_often_or_where_it_may_have_opened(
+    monkeypatch, unexplained, opens, is_fitted
+):
+    drawn = Drawn.of(HOOK, WIDTH)
+    aside = true_path(drawn).shifted(2.0 * WIDTH)
+    search = search_in(drawn, aside, end_sd_px=(1.0, 1.0))
+    search = replace(search, body=replace(search.body, frames_unexplained=unexplained))
+    fitted = []
+
+    def best(scene, slid, starts, contour_body):
+        fitted.append(contour_body)
+        return slid
+
+    monkeypatch.setattr(CandidateSearch, "of", lambda *_: search)
+    monkeypatch.setattr(CandidateSearch, "best", best)
+    monkeypatch.setattr(CandidateSearch, "contracted", lambda *_: None)
+    body, settings, contour_body = search.body, search.settings, object() if opens else None
+    found = propagate(None, search.model, body, None, 1, contour_body, settings)
+    assert found.over_limits > settings.lost_over_limits
+    assert bool(fitted) is is_fitted

@@ -16,7 +16,7 @@ def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
     Or one step from there, where that explains far more.
     """
     found = followed_body(scene)
-    if found is not None and scene.over_limits(found) > 1 and _is_due(scene):
+    if found is not None and scene.over_limits(found) > 1 and is_due(scene):
         found = _lies_otherwise(scene, found)
     elif found is not None and _is_doubted(scene, found):
         found = _lies_better(scene, found)
@@ -29,8 +29,8 @@ def _is_doubted(scene: CandidateSearch, found: Candidate) -> bool:
     return tells and scene.over_limits(found) > scene.settings.doubted_over_limits
 
 
-def _is_due(scene: CandidateSearch) -> bool:
-    """Tell whether other ways are tried in this picture: at first in each, then now and then."""
+def is_due(scene: CandidateSearch) -> bool:
+    """Tell whether other bodies are tried in this picture: at first in each, then now and then."""
     unexplained, settings = scene.body.frames_unexplained, scene.settings
     at_first = unexplained <= settings.most_frames_unexplained
     return at_first or unexplained % settings.tried_again_frames == 0

@@ -19,7 +19,7 @@ from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
-from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
+from worm_tracker.propagation.lies_otherwise import followed_or_otherwise, is_due
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -68,7 +68,8 @@ def propagate(
         sound = slid.agreement >= enough and over <= 1
         poor = slid.agreement < last.expected_agreement - settings.most_agreement_lost_unsure
         followed = over < settings.lost_over_limits and not poor and contour_body is None
-        if sound or followed:
+        waits = contour_body is None and not is_due(scene)
+        if sound or followed or waits:
             return replace(scene.in_picture(slid), was_slid=scene.keeps_ends(slid))
     starts = [scene.last.points]
     if before is not None:
