@@ -65,11 +65,10 @@ def propagate(
     enough = last.expected_agreement - settings.most_agreement_lost_sliding
     if slid is not None and not scene.leaps(slid):
         over = scene.over_limits(slid)
-        sound = slid.agreement >= enough and over <= 1
         poor = slid.agreement < last.expected_agreement - settings.most_agreement_lost_unsure
-        followed = over < settings.lost_over_limits and not poor and contour_body is None
-        waits = contour_body is None and not is_due(scene)
-        if sound or followed or waits:
+        bearable = over < settings.lost_over_limits and not poor
+        followed = contour_body is None and (bearable or not is_due(scene))
+        if followed or (slid.agreement >= enough and over <= 1):
             return replace(scene.in_picture(slid), was_slid=scene.keeps_ends(slid))
     starts = [scene.last.points]
     if before is not None:
