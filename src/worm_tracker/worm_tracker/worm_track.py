@@ -1,6 +1,7 @@
 """All that is remembered of the worm from frame to frame: where it lay, and its learned body."""
 
 from dataclasses import dataclass, replace
+from math import nextafter
 
 import numpy as np
 
@@ -99,6 +100,11 @@ class PropagatedBody:
         """Whether it explains its object as a worm may lie, and no other body does known to."""
         odd = self.frames_unexplained or self.hides_slack or self.is_s_at_end
         return self.over_limits <= 1 and not odd
+
+    def not_explaining(self, frames_unexplained: int) -> "PropagatedBody":
+        """Return the body as one that does not explain its picture, whatever it leaves over."""
+        over = max(self.over_limits, nextafter(1.0, 2.0))
+        return replace(self, over_limits=over, frames_unexplained=frames_unexplained)
 
     def transformed(self, motion: Floats) -> "PropagatedBody":
         """Return the body where an affine map (2, 3) of the picture takes it."""

@@ -12,9 +12,11 @@ from worm_tracker.detection.detection import Detection, Occlusion, SignalView
 from worm_tracker.following.follower import Follower
 from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
+from worm_tracker.midline.path import path_of
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.observation import Observation
-from worm_tracker.worm_track import WormTrack
+from worm_tracker.propagation.backwards import PastDetection
+from worm_tracker.worm_track import LastBodies, PropagatedBody, WormTrack
 
 WIDTH, LENGTH, SHAPE = 12.0, 200.0, (120, 260)
 FIRST, LAST = (30, 60), (230, 60)
@@ -108,3 +110,39 @@ def test_a_fold_under_glare_with_a_loop_in_doubt_waits_for_a_later_frame(
     told = follower_that_knows_the_worm(0).push(detection)
     assert told.status is status
     assert (told.unresolved is not None) is (status is Status.COILED)
+
+
+def tapered(points, widths, blunt):
+    """Return a straight worm whose ends taper, the last one not where it is bent onto itself."""
+    taper = np.clip(np.linspace(0.0, LENGTH / WIDTH, 65) / 1.6, 0.15, 1.0)
+    both = widths * taper * taper[::-1]
+    drawn = widths * taper if blunt else both
+    signal = np.zeros(SHAPE, np.uint8)
+    for (u, v), width in zip(points, drawn, strict=True):
+        cv2.circle(signal, (round(16 * u), round(16 * v)), round(8 * width), 100, -1, shift=4)
+    return both, object_of(cv2.GaussianBlur(signal, (0, 0), 0.8))
+
+
+@pytest.mark.parametrize("blunt", [False, True])
+@pytest.mark.parametrize("way", ["there", "back"])
+def test_a_followed_body_is_not_told_open_where_its_object_is_broad_at_an_end(
+    monkeypatch, blunt, way
+):
+    """It covers the object; what sticks out beside its tapered end is as thin as an edge."""
+    body = straight_body()
+    widths, seen = tapered(body.points, body.widths, blunt)
+    follower = follower_that_knows_the_worm(frames_unresolved=0)
+    track = follower._track
+    track.learn(replace(track.model, widths=widths, length=LENGTH))
+    followed = PropagatedBody(path_of(body.points, None, WIDTH), 0.97, 0.97)
+    track.bodies = LastBodies(body.points, body.points, followed)
+    monkeypatch.setattr(follower, "_contour_body", lambda _: None)
+    if way == "there":
+        told = follower.push(seen)
+    else:
+        opened = Observation(Status.TRACKED, 130.0, 60.0, body.points, widths, 1.0, WIDTH)
+        (told,) = follower.resolve_back(opened, [PastDetection(seen, 1)])
+    assert told.status is (Status.COILED if blunt else Status.TRACKED)
+    if blunt:
+        assert not told.followed.explains
+        assert np.hypot(*(told.followed.points - body.points).T).max() < WIDTH

@@ -22,7 +22,7 @@ from worm_tracker.midline.body_model import (
     mean_width,
 )
 from worm_tracker.midline.body_shade import shade_along
-from worm_tracker.midline.contour_body import explains_object, is_broad_at_end
+from worm_tracker.midline.contour_body import explains_object, is_broad_at_end, may_hide_end
 from worm_tracker.midline.contour_midline import (
     ContourMidline,
     contour_midline,
@@ -105,9 +105,9 @@ class Follower:
             return iter(())
         if is_nearer_reversed(opened.widths[:, None], model.widths[:, None]):
             opened = opened.reversed()  # the body was lost since, and found the other way round
-        paths = self._path_numbers_back
+        looks = self._contour_body, self._is_broad_at_end
         self._way_back = BackwardPropagation(
-            model, opened, detections, self._contour_body, paths, settings
+            model, opened, detections, *looks, self._path_numbers_back, settings
         )
         return self._way_back
 
@@ -202,8 +202,8 @@ class Follower:
         known_length = 0.0 if model is None else settings.cut_length_over_known * model.length
         return length_of(found.points) < max(last_length, known_length)
 
-    def _contour_body(self, detection: Detection) -> RefinedMidline | None:
-        """Return the midline that the object's contour gives; None where it is no simple body."""
+    def _open_midline(self, detection: Detection) -> RefinedMidline | None:
+        """Return the midline of an object with the contour of an open body; None of another."""
         blob, view, settings = detection.blob, detection.view, self._settings
         model, last = self._track.model, self._track.bodies.last
         expected = model.width if model else detection.thickness()
@@ -216,9 +216,20 @@ class Follower:
             return None
         if self._comes_reversed(found):
             found = found.reversed()
-        found = with_known_width(found, detection, model)
+        return with_known_width(found, detection, model)
+
+    def _contour_body(self, detection: Detection) -> RefinedMidline | None:
+        """Return the midline that the object's contour gives; None where it is no simple body."""
+        blob, view, settings = detection.blob, detection.view, self._settings
+        model, found = self._track.model, self._open_midline(detection)
+        if found is None:
+            return None
+        width = model.width if model else found.width
         agreement = _agreement(found, blob)
-        if self._makes_s(found) or agreement < settings.least_agreement:
+        sharpest_s = s_turn_at_ends(
+            found.points, found.width, settings.propagation.s_near_end_widths
+        )
+        if sharpest_s > settings.most_s_turn_of_open_rad or agreement < settings.least_agreement:
             return None
         step = length_of(found.points) / (len(found.points) - 1)
         folded = lies_near_itself(as_complex(found.points), width, step)
@@ -227,7 +238,7 @@ class Follower:
         if model and darkening_of(detection, model, least, residual) is not None:
             return None
         seen = found
-        if model and self._may_hide_end(found, model):
+        if model and may_hide_end(found, model, settings.most_log_shortening, residual):
             folded = True  # an end that lies on the body leaves a bend, blunter than an end
             seen = replace(found, widths=np.minimum(found.widths, model.widths))
         checked = folded or agreement < settings.agreement_of_all
@@ -241,18 +252,6 @@ class Follower:
             residual,
         )
         return found if explains else None
-
-    def _makes_s(self, found: RefinedMidline) -> bool:
-        """Tell whether a midline leads into a bend near an end and back."""
-        near, settings = self._settings.propagation.s_near_end_widths, self._settings
-        sharpest = s_turn_at_ends(found.points, found.width, near)
-        return sharpest > settings.most_s_turn_of_open_rad
-
-    def _may_hide_end(self, found: RefinedMidline, model: BodyModel) -> bool:
-        """Tell whether an end may lie on the body: it is short, or broad where it ends."""
-        if log(model.length / length_of(found.points)) > self._settings.most_log_shortening:
-            return True
-        return model.is_learned and is_broad_at_end(found, model, self._settings.residual)
 
     def _comes_reversed(self, found: RefinedMidline) -> bool:
         """Tell whether an open body's ends are in the other order than those of the body known.
@@ -361,9 +360,21 @@ class Follower:
         lost = found.over_limits > settings.propagation.lost_over_limits
         if lost or off > settings.most_log_length_in_fold:
             return coiled(detection), None
+        if observation.status is Status.TRACKED and self._is_broad_at_end(detection, found.points):
+            found = found.not_explaining(start.frames_unexplained + frames)
+            observation = replace(observation, over_limits=found.over_limits)
         if not found.is_explained or model.is_changing or observation.is_mostly_hidden:
             return coiled(detection, observation), found
         return observation, found
+
+    def _is_broad_at_end(self, detection: Detection, followed: Floats) -> bool:
+        """Tell whether the open body in an object may have an end that is bent onto itself."""
+        model, found = self._track.model, self._open_midline(detection)
+        if model is None or found is None or not model.is_learned:
+            return False
+        if is_nearer_reversed(found.points, followed):
+            found = found.reversed()
+        return is_broad_at_end(found, model, self._settings.residual)
 
     def _with_occlusion(self, observation: Observation, occlusion: Occlusion) -> Observation:
         """Return an observation that says which part of its midline was not seen."""

@@ -1,6 +1,7 @@
 """Whether a body that an object's contour gives is all of the worm in it, but for debris."""
 
 from dataclasses import replace
+from math import log
 
 import cv2
 import numpy as np
@@ -56,6 +57,28 @@ def explains_object(
         return False
     most = settings.most_of_folded_body if folded else settings.most_of_contour_body
     return differs.total < most
+
+
+def may_hide_end(
+    found: RefinedMidline,
+    model: BodyModel,
+    most_log_shortening: float,
+    settings: BodyResidualSettings,
+) -> bool:
+    """Tell whether an end may lie on the body: it is short, or broad where it ends.
+
+    Parameters
+    ----------
+    found : RefinedMidline
+        In the order of the body model's widths.
+    model : BodyModel
+    most_log_shortening : float
+        By how much a body may be shorter than is known.
+    settings : BodyResidualSettings
+    """
+    if log(model.length / length_of(found.points)) > most_log_shortening:
+        return True
+    return model.is_learned and is_broad_at_end(found, model, settings)
 
 
 def is_broad_at_end(
