@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from worm_msgs_py.arrays import Floats
+from worm_msgs_py.arrays import Floats, Mask
 from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.detection import Detection
 
@@ -89,6 +89,21 @@ class Observation:
         return self.followed if self.loops_known else self
 
     @property
+    def shown_points(self) -> Mask:
+        """Which of the midline's points are at no hidden end, shape (n,)."""
+        first, last = self.occluded
+        shown = np.ones(len(self.points), bool)
+        shown[:first] = shown[len(shown) - last :] = False
+        return shown
+
+    @property
+    def told_points(self) -> Mask:
+        """Which of the midline's points are told: neither hidden nor in doubt, shape (n,)."""
+        told = self.shown_points
+        told[slice(*self.in_doubt)] = False
+        return told
+
+    @property
     def shows_all(self) -> bool:
         """Whether all of its midline is told."""
         return self.loops_known and not any(self.occluded)
@@ -101,14 +116,8 @@ class Observation:
     @property
     def is_mostly_hidden(self) -> bool:
         """Whether an end is hidden, and so much in doubt that less than a quarter is told."""
-        if not any(self.occluded):
-            return False
-        told = np.ones(len(self.points), bool)
-        first, behind = self.in_doubt
-        told[first:behind] = False
-        told[: self.occluded[0]] = False
-        told[len(told) - self.occluded[1] :] = False
-        return bool(told.sum() < len(told) / 4)
+        told = self.told_points
+        return any(self.occluded) and bool(told.sum() < len(told) / 4)
 
     @property
     def explains(self) -> bool:

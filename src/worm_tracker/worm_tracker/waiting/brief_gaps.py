@@ -86,8 +86,7 @@ class BriefGaps:
         Parameters
         ----------
         frames : sequence of PendingFrame
-            Those that come next, in their order; their midlines are all of one order, or the last
-            ones are not told for certain.
+            Those that come next, in their order, and their midlines in one order of the ends.
         count : int
             How many of them are given now.
         """
@@ -137,7 +136,7 @@ def told_over_gap(
         return seen
     wanted = np.ones(len(body.points), bool)
     if seen.has_midline:
-        wanted = ~_told_points(body, loops_count=False)
+        wanted = ~body.shown_points
     between = _midway(_beside(frames, at, settings.reach_s), stamp_ns, wanted, settings)
     if not seen.has_midline:
         body = _in_order_of(between, body)
@@ -179,16 +178,6 @@ def _may_be_told(seen: Observation) -> bool:
     return lies_near_itself(as_complex(body.points), body.width, step)
 
 
-def _told_points(body: Observation, *, loops_count: bool = True) -> Mask:
-    """Return which points of a midline are told; those of loops in doubt are not, if they count."""
-    first, last = body.occluded
-    told = np.ones(len(body.points), bool)
-    told[:first] = told[len(told) - last :] = False
-    if loops_count:
-        told[slice(*body.in_doubt)] = False
-    return told
-
-
 def _midway(
     frames: Sequence[PendingFrame], now_ns: int, wanted: Mask, settings: BriefGapSettings
 ) -> Floats:
@@ -216,7 +205,7 @@ def _midway(
     if not bodies:
         return between
     lines = np.array([body.points for body in bodies])
-    told = np.array([_told_points(body) for body in bodies])
+    told = np.array([body.told_points for body in bodies])
     for telling in np.unique(told[:, wanted], axis=1).T:
         alike = wanted & (told == telling[:, np.newaxis]).all(axis=0)
         told_s, points = after_s[has_body][telling], lines[telling][:, alike]

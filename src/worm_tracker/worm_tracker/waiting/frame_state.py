@@ -129,10 +129,7 @@ def _midline(seen: Observation, chamber: Chamber | None, scale: float) -> Midlin
     points, widths = seen.points, seen.widths.copy()
     s = arc_length(points)
     if not seen.shows_all:
-        head, tail = seen.occluded
-        unseen = np.ones(len(points), bool)
-        unseen[head : len(points) - tail] = False
-        unseen[slice(*seen.in_doubt)] = True
+        unseen = ~seen.told_points
         points, s[unseen], widths[unseen] = points.copy(), nan, nan
         points[unseen] = nan
     x, y = _metres(points[:, 0], points[:, 1], chamber, scale)
