@@ -1,8 +1,8 @@
 """The tracker: pictures in, one `TrackedFrame` per picture out, in order."""
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -20,6 +20,7 @@ from worm_msgs_py.files.corrections import (
     why_not_together,
 )
 from worm_tracker.calibration.rig_monitor import GeometryChange, RigMonitor, RigMonitorSettings
+from worm_tracker.detection.blobs import around_all
 from worm_tracker.detection.detection import Detection
 from worm_tracker.detection.detector import Detector, DetectorSettings
 from worm_tracker.detection.polarity import dark_on_bright
@@ -30,6 +31,7 @@ from worm_tracker.frame_intervals import FrameIntervals, FrameIntervalSettings
 from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail, HeadTailSettings
 from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
+from worm_tracker.propagation.backwards import PastDetection
 from worm_tracker.propagation.opening import AgreementSettings
 from worm_tracker.waiting.brief_gaps import BriefGapSettings
 from worm_tracker.waiting.frame_queue import FrameQueue
@@ -285,7 +287,23 @@ class Tracker:
     def _go_back(self, most: int | None = None) -> None:
         """Go back through the coils that wait, by so many frames at most; None: all."""
         if self._stages is not None:
-            self._queue.go_back(self._stages.follower.resolve_back, most)
+            self._queue.go_back(self._resolve_back, most)
+
+    def _resolve_back(
+        self, opened: Observation, detections: Sequence[PastDetection]
+    ) -> Iterator[Observation]:
+        """Go back through pictures by what is known by now of the worm and of dirt under it."""
+        stages = self._stages
+        if stages is None or not detections:
+            return iter(())
+        window = around_all([past.detection.view.window for past in detections])
+        dirt = stages.detector.dirt_in(window)
+        if dirt is not None:
+            detections = [
+                replace(past, detection=past.detection.with_dirt(dirt, window))
+                for past in detections
+            ]
+        return stages.follower.resolve_back(opened, detections)
 
     def _observe(self, picture: Picture, stamp_ns: int) -> Observation:
         """Return what the picture says, calibrating first."""
@@ -321,10 +339,11 @@ class Tracker:
     def _adopt(self, change: GeometryChange, picture: Picture, stages: _Stages) -> None:
         """Take a new geometry, and all that is remembered along with it."""
         self.changes.append(change)
-        stages.detector.transform(picture, stages.rig.assumed, change.motion)
         if change.motion is not None:
             self._go_back()
             self._queue.link_all()  # what waits lies where the rig was
+        stages.detector.transform(picture, stages.rig.assumed, change.motion)
+        if change.motion is not None:
             self._track.transform(change.motion)
 
     def _begin(self, picture: Picture, stamp_ns: int) -> Observation:

@@ -1,5 +1,6 @@
 """From the signal (background minus picture) to the one connected object that is the worm."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import log
 
@@ -95,6 +96,15 @@ class Blob:
 def whole_picture(shape: tuple[int, ...]) -> Window:
     """Return the window that holds all of a picture."""
     return slice(0, shape[0]), slice(0, shape[1])
+
+
+def around_all(windows: Sequence[Window]) -> Window:
+    """Return the smallest window that holds some windows."""
+    rows, columns = (
+        slice(min(part.start for part in parts), max(part.stop for part in parts))
+        for parts in zip(*windows, strict=True)
+    )
+    return rows, columns
 
 
 def window_origin(window: Window) -> tuple[int, int]:

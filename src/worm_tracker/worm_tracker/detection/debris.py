@@ -69,6 +69,8 @@ class DebrisSettings:
     """How wide a worm is drawn for what is not debris: with its blur."""
     worm_blur_px: int = 5
     """How far around the worm its blur may darken the background."""
+    dirt_rim_px: int = 2
+    """How far around dirt that is seen beside the worm it shows nothing of a worm."""
     blobs: BlobSettings = field(default_factory=BlobSettings)
 
 

@@ -104,6 +104,8 @@ class SignalView:
     raised : ndarray of uint8 or None
         `smooth`, made stronger where an end is paler than the threshold: objects are found in it.
         None where there is no such end.
+    dim : ndarray of uint8 or None
+        Not zero where dirt was known to make the background dim; None where there was none.
     """
 
     window: Window
@@ -114,6 +116,7 @@ class SignalView:
     settings: BlobSettings
     noise: float = 0.0
     raised: Picture | None = None
+    dim: Picture | None = None
 
     @property
     def found_in(self) -> Picture:
@@ -159,6 +162,8 @@ class Detection:
         Where a part of the worm is occluded; the view then shows it as it is supposed to be.
     occluder : ndarray of uint8, or None
         Not zero where glare leaves the body's width untold; None where there is none near it.
+    dirt : ndarray of uint8, or None
+        Not zero where dirt lies by what is known since; None where nothing is known since.
     """
 
     view: SignalView
@@ -166,11 +171,17 @@ class Detection:
     crowded: bool = False
     occlusion: Occlusion | None = None
     occluder: Picture | None = None
+    dirt: Picture | None = None
 
     @property
     def gain(self) -> float:
         """The picture's brightness over the background's."""
         return self.view.gain
+
+    @property
+    def dirt_in_window(self) -> Picture | None:
+        """Where dirt is known to lie, not zero there; None where there is none."""
+        return self.view.dim if self.dirt is None else self.dirt
 
     def object_pixels(self) -> Picture:
         """Return the object in its window, the holes of its loops open; 0 or 255.
@@ -218,6 +229,20 @@ class Detection:
                 return True
         return False
 
+    def with_dirt(self, dirt: Picture, window: Window) -> "Detection":
+        """Return the object with dirt under it that has become known of since.
+
+        Parameters
+        ----------
+        dirt : ndarray of uint8
+            Not zero where dirt lies.
+        window : Window
+            Where in the picture that mask lies; the object's own window is a part of it.
+        """
+        (v0, u0), (rows, columns) = (part.start for part in window), self.view.window
+        here = dirt[rows.start - v0 : rows.stop - v0, columns.start - u0 : columns.stop - u0]
+        return replace(self, dirt=here)
+
     def restricted_to(self, mask: Picture) -> "Detection | None":
         """Return the largest object within a mask of the window; what is outside is no signal."""
         wide = cv2.dilate(mask, np.ones((2 * _RIM_PX + 1, 2 * _RIM_PX + 1), np.uint8))
@@ -240,8 +265,11 @@ class Detection:
         signal, smooth = self.view.signal[part].copy(), self.view.smooth[part].copy()
         raised = None if self.view.raised is None else self.view.raised[part].copy()
         window = rows, columns
-        view = replace(self.view, window=window, signal=signal, smooth=smooth, raised=raised)
-        return replace(self, view=view, occluder=None)
+        dim = None if self.view.dim is None else self.view.dim[part].copy()
+        view = replace(
+            self.view, window=window, signal=signal, smooth=smooth, raised=raised, dim=dim
+        )
+        return replace(self, view=view, occluder=None, dirt=None)
 
 
 def _joined_to(outline: NDArray[np.int64], pixels: Picture) -> Picture:

@@ -1,6 +1,5 @@
 """Detects the worm in the picture: the one dark object that continues the one seen before."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import cv2
@@ -27,6 +26,7 @@ from worm_tracker.detection.blobs import (
 )
 from worm_tracker.detection.debris import DebrisSettings, Surroundings, absorb_debris
 from worm_tracker.detection.detection import Detection, DetectionPrior, Missed, SignalView
+from worm_tracker.detection.dirt import LastPicture, dark_beside
 from worm_tracker.detection.glare import (
     GlareSettings,
     glare_limit,
@@ -42,6 +42,7 @@ from worm_tracker.detection.illumination import (
     evening_of,
     passage_rims,
 )
+from worm_tracker.detection.kept_out import dark_mask, either_of, worm_mask
 from worm_tracker.detection.occlusion import OcclusionSettings
 from worm_tracker.detection.pale_ends import PaleEndSettings, with_pale_ends
 from worm_tracker.detection.reconnection import drawn, reconnected
@@ -108,11 +109,24 @@ class Detector:
         water = clear_water(arena, geometry)
         self._background = Background(picture, empty, worm, water, evening, settings.background)
         self._frames_of_all_worm = 0
+        self._last: LastPicture | None = None
 
     @property
     def arena(self) -> Picture:
         """Where a worm can be; not zero there."""
         return self._arena
+
+    def dirt_in(self, window: Window) -> Picture | None:
+        """Return where dirt is known to lie in a window, 0 or 255; None where nowhere.
+
+        It makes the background dim, or is dark in the last picture away from the worm.
+        """
+        dim, last = self._background.dim.picture(window), self._last
+        if last is None:
+            return dim
+        signal = smoothed(self._signal(last.picture, last.gain, window))
+        dark = dark_beside(signal, window, last, self._settings.debris)
+        return dark if dim is None else np.asarray(cv2.bitwise_or(dark, dim), np.uint8)
 
     def transform(self, picture: Picture, geometry: Geometry, motion: Floats | None) -> None:
         """Take a new geometry, before the picture that it holds from is looked at.
@@ -167,16 +181,21 @@ class Detector:
         all_worm : ndarray, shape (TRACKED_POINTS, 2), or None
             The midline where it is that of all of the worm: what is elsewhere is something else.
         """
-        dark = self._dark_mask(picture, detection.gain, prior)
+        threshold, settings = self._threshold(prior), self._settings
+        level = settings.dark_over_threshold * min(threshold, 255.0)
+        level = max(level, settings.dark_over_noise * self._noise)
+        dark = dark_mask(self._background, picture, detection.gain, level)
         if isinstance(detection, Missed):
             self._background.average(picture, detection.gain, dark)
+            self._last = None
             return
+        self._last = LastPicture(picture.copy(), detection.gain, detection.blob, threshold)
         if detection.occlusion is None:  # else not all of the worm may be known
-            worm = self._worm_mask(detection.blob)
-            least = self._settings.cut_off_area_over_worm * prior.area
+            worm = worm_mask(detection.blob, settings.debris.worm_blur_px)
+            least = settings.cut_off_area_over_worm * prior.area
             # The rest may be paler than the threshold.
             part = prior.may_be_in_part or detection.blob.area < least
-            mask = _either(worm, dark) if part else worm
+            mask = either_of(worm, dark) if part else worm
             self._background.average(picture, detection.gain, mask)
         if all_worm is not None and prior.model is not None:
             self._absorb_debris(picture, detection, prior, prior.model, all_worm)
@@ -256,8 +275,13 @@ class Detector:
         self, picture: Picture, gain: float, window: Window, prior: DetectionPrior
     ) -> SignalView:
         signal = self._signal(picture, gain, window)
-        smooth, threshold, settings = smoothed(signal), self._threshold(prior), self._settings
-        return SignalView(window, signal, smooth, threshold, gain, settings.blobs, self._noise)
+        return self._view_of(window, signal, smoothed(signal), self._threshold(prior), gain)
+
+    def _view_of(
+        self, window: Window, signal: Picture, smooth: Picture, threshold: float, gain: float
+    ) -> SignalView:
+        blobs, dim = self._settings.blobs, self._background.dim.picture(window)
+        return SignalView(window, signal, smooth, threshold, gain, blobs, self._noise, dim=dim)
 
     def _detect_in(
         self, view: SignalView, shape: tuple[int, ...], prior: DetectionPrior
@@ -306,8 +330,7 @@ class Detector:
         through = look_through_glare(
             now, limit, background, self._arena[window], width, threshold, settings.glare
         )
-        signal, smooth = through.signal, through.smooth
-        view = SignalView(window, signal, smooth, threshold, gain, settings.blobs, self._noise)
+        view = self._view_of(window, through.signal, through.smooth, threshold, gain)
         reach = settings.glare_reach_widths * width
         if body is not None and not may_occlude(through.occluder, view.in_window(body), reach):
             return None
@@ -366,34 +389,3 @@ class Detector:
         u0, v0, u1, v1 = prior.blob.box
         reach = max(float(u1 - u0), float(v1 - v0), self._settings.least_reach_px)
         return most_likely_worm(blobs, prior.area, prior.blob.u, prior.blob.v, reach)
-
-    def _worm_mask(self, blob: Blob) -> Callable[[Window], Picture | None]:
-        """Return the function that masks the worm for the background."""
-        blur = self._settings.debris.worm_blur_px
-        return lambda window: draw_blob(blob, window, blur) if blob.near(window, blur) else None
-
-    def _dark_mask(
-        self, picture: Picture, gain: float, prior: DetectionPrior
-    ) -> Callable[[Window], Picture]:
-        """Return the function that masks all that may be the worm for the background."""
-        settings = self._settings
-        level = settings.dark_over_threshold * min(self._threshold(prior), 255.0)
-        level = max(level, settings.dark_over_noise * self._noise)
-
-        def dark(window: Window) -> Picture:
-            signal = self._background.signal(picture, gain, window)
-            return np.asarray(signal > level, np.uint8)
-
-        return dark
-
-
-def _either(
-    one: Callable[[Window], Picture | None], other: Callable[[Window], Picture]
-) -> Callable[[Window], Picture]:
-    """Return the function that masks what either of two masks."""
-
-    def both(window: Window) -> Picture:
-        mask = one(window)
-        return other(window) if mask is None else np.asarray(mask | other(window), np.uint8)
-
-    return both

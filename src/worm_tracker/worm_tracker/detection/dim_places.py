@@ -24,6 +24,8 @@ class DimPlacesSettings:
     """Most such weight: where there is less light left the picture cannot tell."""
     margin_px: int = 4
     """How far about a dim place its blur reaches."""
+    rim_px: int = 2
+    """How far about a place as dim as this it shows nothing of a worm."""
 
 
 class DimPlaces:
@@ -54,9 +56,17 @@ class DimPlaces:
 
     def mask(self, window: Window) -> Mask:
         """Return where in a window, or just beside, less light comes through than clear water."""
-        dim = np.asarray(self._weight[window] != _WEIGHT_ONE, np.uint8)
-        size = 2 * self._settings.margin_px + 1
-        return cv2.dilate(dim, np.ones((size, size), np.uint8)) > 0
+        return self._about(window, self._settings.margin_px) > 0
+
+    def picture(self, window: Window) -> Picture | None:
+        """Return where in a window dirt shows nothing of a worm, 0 or 255; None where nowhere."""
+        return self._about(window, self._settings.rim_px) if self.any_in(window) else None
+
+    def _about(self, window: Window, reach_px: int) -> Picture:
+        """Return where in a window, or so near to it, the background is dim; 0 or 255."""
+        dim = np.asarray(self._weight[window] != _WEIGHT_ONE, np.uint8) * np.uint8(255)
+        size = 2 * reach_px + 1
+        return np.asarray(cv2.dilate(dim, np.ones((size, size), np.uint8)), np.uint8)
 
     def weigh(self, signal: Picture, window: Window) -> None:
         """Make the signal in a window as strong, in place, as it would be before clear water."""

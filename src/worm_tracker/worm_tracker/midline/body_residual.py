@@ -88,6 +88,8 @@ class ObjectMasks:
     settings : BodyResidualSettings
     shaded : ShadedObject or None
         What one layer of the body looks like, place by place, where that is known.
+    dirt : ndarray of uint8, shape (h, w), or None
+        Not zero where dirt lies, which shows nothing of a body on it.
     """
 
     mask: Picture
@@ -95,6 +97,7 @@ class ObjectMasks:
     width: float
     settings: BodyResidualSettings
     shaded: ShadedObject | None = None
+    dirt: Picture | None = None
 
     @property
     def rim(self) -> float:
@@ -110,6 +113,12 @@ class ObjectMasks:
     def beyond_dark(self) -> Image:
         """Where it is not dark, not even by a rim."""
         return cv2.bitwise_not(_grown(cast(Picture, self.dark), self.rim))
+
+    def beside_dirt(self, mask: Image) -> Picture:
+        """Return what of a mask lies on no dirt."""
+        if self.dirt is not None:
+            mask = cv2.bitwise_and(mask, cv2.bitwise_not(self.dirt))
+        return np.asarray(mask, np.uint8)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -192,20 +201,21 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
     drawing = seen.settings.drawing
     body, twice, layered = drawn_strands(mask.shape, points, widths, seen.width, drawing)
     near = _grown(body, rim)
-    left_over = cv2.bitwise_and(mask, cv2.bitwise_not(near))
-    wanted = left_over
+    left_over = seen.beside_dirt(cv2.bitwise_and(mask, cv2.bitwise_not(near)))
+    wanted: Image = left_over
     in_water = cv2.bitwise_and(body, seen.beyond)
     overlap = 0.0
     if dark is not None:
-        once = cv2.bitwise_not(_grown(twice, 1.5 * rim))
+        once = seen.beside_dirt(cv2.bitwise_not(_grown(twice, 1.5 * rim)))
+        layered = seen.beside_dirt(_shrunk(layered, rim))
         single = cv2.bitwise_and(dark, once)
         wanted = cv2.bitwise_or(wanted, single)
         if seen.shaded is not None:
             overlap = misjudged_layers(
-                seen.shaded, points, widths, once, _shrunk(layered, rim), seen.settings.shade
+                seen.shaded, points, widths, once, layered, seen.settings.shade
             )
         else:
-            pale = cv2.bitwise_and(_shrunk(layered, rim), seen.beyond_dark)
+            pale = cv2.bitwise_and(layered, seen.beyond_dark)
             overlap = _largest_area(_shrunk(single, rim)) + _largest_area(pale)
     scale = seen.width**-2
     return Unexplained(

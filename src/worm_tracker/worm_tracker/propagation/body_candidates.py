@@ -11,6 +11,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.detection import Detection
+from worm_tracker.detection.dirt import specks
 from worm_tracker.midline.body_model import (
     BodyModel,
     end_displacement,
@@ -81,7 +82,9 @@ class CandidateSearch:
         shade = model.shade_at(detection.gain) if is_marked(model, settings) else None
         smooth = detection.view.smooth
         shaded = None if shade is None else ShadedObject(smooth, shade, model.darkening)
-        seen = ObjectMasks(mask, dark, model.width, settings.residual, shaded)
+        dirt, most_px2 = detection.dirt_in_window, settings.most_speck_widths2 * model.width**2
+        dirt = None if dirt is None else specks(dirt, most_px2)
+        seen = ObjectMasks(mask, dark, model.width, settings.residual, shaded, dirt)
         levels = model.levels_at(detection.gain)
         return cls(detection.view.signal, seen, levels, origin, model, body, last, frames, settings)
 

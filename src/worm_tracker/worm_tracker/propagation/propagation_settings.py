@@ -167,6 +167,8 @@ class PropagationSettings:
     most_over_limits_of_marked: float = 0.7
     """What a marked body may leave over while an end is less sure than that: it may lie elsewhere.
     10 of 101 such bodies were wrong, of others 1 in 170."""
+    most_speck_widths2: float = 4.0
+    """Dirt up to this large shows nothing of a body on it, and is nothing that it leaves over."""
     pale_ends: PaleEndSettings = field(default_factory=PaleEndSettings)
     """As the detector has them."""
     end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
