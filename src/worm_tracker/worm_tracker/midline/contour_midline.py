@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from math import inf, log
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -39,6 +40,16 @@ class ContourMidlineSettings:
     """What a width between the ends and the last ones costs, in radians of an end's turn."""
     most_displacement_widths: float = 12.0
     """Displacement beyond which it costs no more: the worm was lost, or mistaken."""
+    least_slant_over_width: float = 1.75
+    """From how long a line between the two sides on it does not cross the body squarely."""
+    least_depth_widths: float = 0.25
+    """How far within the contour the middle of such a line must be: what is nearer the edge is put
+    right by no cross-section. In open bodies it was up to half a width off the middle."""
+    most_lead_widths: float = 0.1
+    """By how much one end of such a line may be ahead of the other."""
+    most_step_widths: float = 0.5
+    most_steps: int = 12
+    """How far they are moved at once, and how often."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,7 +110,7 @@ def contour_midline(
     if best is None:
         return None
     i, j = best
-    points = _between_sides(loop, i, j)
+    points = _between_sides(loop, i, j, width / spacing, settings)
     # The contour runs through the centres of edge pixels: half a pixel is missing all round.
     area = abs(oriented) + len(contour) / 2
     length = max(float(np.abs(points[1:] - points[:-1]).sum()), 1.0)
@@ -111,15 +122,83 @@ def contour_midline(
     )
 
 
-def _between_sides(loop: Complex, i: int, j: int) -> Complex:
-    """Return the curve half-way between a loop's two sides, from its point i to its point j."""
+def _between_sides(
+    loop: Complex, i: int, j: int, width: float, settings: ContourMidlineSettings
+) -> Complex:
+    """Return the curve half-way between a loop's two sides, from its point i to its point j.
+
+    The body's width is in the loop's steps.
+    """
     n = len(loop)
     # The loop's points are at equal steps: half of these go one way round, half the other.
     at = np.concatenate([i + (j - i) * _SIDE, i + n - (i + n - j) * _SIDE])
-    k = at.astype(np.int64)
+    first = _middle(_on_loop(loop, at))
+    if not _leaves_body(first, loop, width, settings):
+        return first.points
+    opposite = _middle(_on_loop(loop, _opposite(loop, at, width, settings)))
+    s = complex_arc_length(opposite.points)
+    return np.asarray(np.interp(s[-1] * _SIDE, s, opposite.points))
+
+
+class _Middle(NamedTuple):
+    """The points half-way between two sides, and how far the sides are apart there."""
+
+    points: Complex
+    apart: Floats
+
+
+def _middle(sides: Complex) -> _Middle:
+    one, other = sides[:TRACKED_POINTS], sides[TRACKED_POINTS:]
+    return _Middle(np.asarray((one + other) / 2), np.abs(one - other))
+
+
+def _leaves_body(
+    middle: _Middle, loop: Complex, width: float, settings: ContourMidlineSettings
+) -> bool:
+    """Tell whether points between the sides come near the edge, where their lines are slanted."""
+    step = abs(complex(loop[1] - loop[0]))
+    slanted = middle.points[middle.apart > settings.least_slant_over_width * width * step]
+    if not len(slanted):  # nearly always
+        return False
+    outline = as_points(loop).astype(np.float32)
+    depth = min(cv2.pointPolygonTest(outline, (p.real, p.imag), True) for p in slanted.tolist())
+    return depth < settings.least_depth_widths * width * step
+
+
+def _opposite(loop: Complex, at: Floats, width: float, settings: ContourMidlineSettings) -> Floats:
+    """Return where on the two sides of a loop points lie opposite each other.
+
+    Past a bend the outer side is the longer one, by the width times the turn: what is as far along
+    it lags behind. Each pair is moved along both sides until the line between them is square to
+    these.
+    """
+    at, bounds = at.copy(), at[[0, TRACKED_POINTS - 1, TRACKED_POINTS, -1]]
+    one, other = at[:TRACKED_POINTS], at[TRACKED_POINTS:]
+    step = abs(complex(loop[1] - loop[0]))
+    for _ in range(settings.most_steps):
+        here, ahead, behind = (_on_loop(loop, at + shift) for shift in (0.0, 0.5, -0.5))
+        along = ahead - behind
+        along = along[:TRACKED_POINTS] - along[TRACKED_POINTS:]  # the other side runs back
+        along /= np.maximum(np.abs(along), 1e-9)
+        across = here[:TRACKED_POINTS] - here[TRACKED_POINTS:]
+        lead = (across * along.conj()).real / step
+        if np.abs(lead[1:-1]).max() < settings.most_lead_widths * width:
+            break
+        most = settings.most_step_widths * width
+        moved = np.clip(lead / 2, -most, most)
+        one -= moved
+        other -= moved
+        np.maximum.accumulate(np.clip(one, bounds[0], bounds[1], out=one), out=one)
+        np.minimum.accumulate(np.clip(other, bounds[3], bounds[2], out=other), out=other)
+        one[[0, -1]], other[[0, -1]] = bounds[:2], bounds[2:]
+    return at
+
+
+def _on_loop(loop: Complex, at: Floats) -> Complex:
+    """Return a closed curve between its points."""
+    k = np.floor(at).astype(np.int64)
     part = at - k
-    sides = (1 - part) * loop.take(k, mode="wrap") + part * loop.take(k + 1, mode="wrap")
-    return np.asarray((sides[:TRACKED_POINTS] + sides[TRACKED_POINTS:]) / 2)
+    return np.asarray((1 - part) * loop.take(k, mode="wrap") + part * loop.take(k + 1, mode="wrap"))
 
 
 def _bend(points: Complex) -> float:
