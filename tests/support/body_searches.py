@@ -43,4 +43,6 @@ def search_after(path, width, frames, loops_known, end_sd_px=(0.0, 0.0)):
 
 def candidate(path, left_over_widths2=0.0):
     nothing = np.zeros((9, 9), np.uint8)
-    return Candidate(path, 0.95, Unexplained(left_over_widths2, 0.0, 0.0, 0.95, nothing, nothing))
+    return Candidate(
+        path, 0.95, Unexplained(left_over_widths2, 0.0, 0.0, 0.95, nothing, nothing, nothing)
+    )

@@ -33,6 +33,9 @@ class Observation:
     seen_end_sd_px : tuple of float
         The same by what is seen of them and their way alone: how well the worm keeps its length,
         which is all that tells an end on a body of one shade, is not counted.
+    broad_ends : tuple of bool
+        Of each end whether the object is broader there than the body: it is bent back, maybe, and
+        not where it is supposed.
     in_doubt : tuple of int
         From which of the midline's points to before which it lies in loops that may be passed
         either way round; (0, 0) where there are none.
@@ -65,6 +68,7 @@ class Observation:
     appearance: Floats | None = None
     end_sd_px: tuple[float, float] = (0.0, 0.0)
     seen_end_sd_px: tuple[float, float] = (0.0, 0.0)
+    broad_ends: tuple[bool, bool] = (False, False)
     in_doubt: tuple[int, int] = (0, 0)
     unresolved: Detection | None = None
     kept: Detection | None = None
@@ -153,6 +157,7 @@ class Observation:
             points=self.points[::-1],
             widths=self.widths[::-1],
             occluded=self.occluded[::-1],
+            broad_ends=self.broad_ends[::-1],
             in_doubt=self._in_doubt_reversed(),
             end_sd_px=self.end_sd_px[::-1],
             seen_end_sd_px=self.seen_end_sd_px[::-1],

@@ -57,6 +57,8 @@ class PropagatedBody:
     clear_ends : tuple of bool
         Of each end on or beside the body whether the outline tells where it is: wherever else it
         might lie, less of the object would be explained.
+    broad_ends : tuple of bool
+        Of each end whether the object is broader there than the body: the end may be bent back.
     hides_slack : bool
         Whether a shorter body, without a way there and back, would explain its object as well.
     is_s_at_end : bool
@@ -80,6 +82,7 @@ class PropagatedBody:
     order_known: bool = False
     whole_ends: tuple[bool, bool] = (False, False)
     clear_ends: tuple[bool, bool] = (False, False)
+    broad_ends: tuple[bool, bool] = (False, False)
     hides_slack: bool = False
     is_s_at_end: bool = False
     was_slid: bool = False

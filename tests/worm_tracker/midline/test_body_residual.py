@@ -1,5 +1,7 @@
 """A true body leaves nothing unexplained; a false one leaves as much as it is false."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drawn_folds import BENDS, DARKENING, HEADINGS, LEVEL, WIDTHS, Drawn, as_rows, loops
@@ -184,3 +186,33 @@ def test_of_what_is_left_over_the_largest_piece_counts(seed, share, grain):
     labels, _ = label(specks_gone, np.ones((3, 3)))
     largest = np.bincount(labels.ravel())[1:].max(initial=0)
     assert found.left_over == largest / 4.0**2
+
+
+@given(width=st.floats(9.0, 20.0), heading=HEADINGS, darker=st.booleans())
+@settings(max_examples=20, deadline=None)
+def test_beside_an_end_that_is_bent_back_the_object_is_broader_than_a_body_that_ends_there(
+    width, heading, darker
+):
+    """One that knows of the bend has nothing beside it."""
+    bent = Drawn.of([(10.0, 0.0), (0.9, 3.5), (1.5, 0.0)], width, heading, darker=darker)
+    points, widths = bent.claimed()
+    cut = points[: round(10.45 / 12.4 * len(points))]
+    reach = 2 * width
+    known = compared(bent, points, widths).beside_px2(points[-1], reach)
+    ends_there = compared(bent, cut, widths[: len(cut)]).beside_px2(cut[-1], reach)
+    assert known < 0.15 * width**2
+    assert ends_there > 0.3 * width**2
+
+
+@given(width=st.floats(9.0, 20.0), heading=HEADINGS)
+@settings(max_examples=20, deadline=None)
+def test_dirt_on_a_body_is_nothing_that_it_leaves_over(width, heading):
+    """A speck half on the body, and as dark as an overlap."""
+    drawn = Drawn.of(STRAIGHT, width, heading)
+    points, widths = drawn.claimed()
+    at = points[len(points) // 2] + 0.6 * width * np.array([-np.sin(heading), np.cos(heading)])
+    rows, columns = np.indices(drawn.mask.shape)
+    speck = np.where(np.hypot(columns - at[0], rows - at[1]) < 0.7 * width, 255, 0).astype(np.uint8)
+    seen = ObjectMasks(drawn.mask | speck, speck, width, SETTINGS)
+    assert unexplained(seen, points, widths).over_limits(width, SETTINGS) > 1
+    assert unexplained(replace(seen, dirt=speck), points, widths).total == 0

@@ -100,6 +100,20 @@ def test_an_end_is_not_told_where_its_way_is_not_known(frames):
     assert told_in_the_middle(frames) is frames[MIDDLE].observation
 
 
+@pytest.mark.parametrize("seen_so", [with_end_hidden, followed_only])
+def test_an_end_that_may_be_bent_back_stays_hidden(seen_so):
+    """It was supposed at its bend, and the bend is on the way."""
+
+    def bent_back(k):
+        seen = seen_so(k)
+        if seen.followed is None:
+            return replace(seen, broad_ends=(False, True))
+        return replace(seen, followed=replace(seen.followed, broad_ends=(False, True)))
+
+    frames = film(gap_of(3), bent_back)
+    assert told_in_the_middle(frames) is frames[MIDDLE].observation
+
+
 def test_an_end_that_anything_but_the_body_hides_stays_hidden():
     """A hand, or glare: nothing was seen of it by which it could be supposed."""
 

@@ -140,6 +140,8 @@ class Unexplained:
     wanted : ndarray of uint8, shape (h, w)
         Not zero where a part of the body is missing: objects left over, dark places under one
         strand.
+    beside : ndarray of uint8, shape (h, w)
+        Not zero where the object lies beside the body, by more than a pixel.
     """
 
     left_over: float
@@ -148,6 +150,7 @@ class Unexplained:
     agreement: float
     near: Picture
     wanted: Picture
+    beside: Picture
 
     @property
     def total(self) -> float:
@@ -175,11 +178,20 @@ class Unexplained:
 
     def missing_px2(self, point: Floats, distance: float) -> int:
         """Return the area in which body is missing as near as this to a point (2,), pixels."""
-        u, v = point.tolist()
-        u0, v0 = max(floor(u - distance), 0), max(floor(v - distance), 0)
-        u1, v1 = max(ceil(u + distance), 0), max(ceil(v + distance), 0)
-        rows, columns = np.nonzero(self.wanted[v0 : v1 + 1, u0 : u1 + 1])
-        return int((np.hypot(columns + u0 - u, rows + v0 - v) < distance).sum())
+        return _px2_near(self.wanted, point, distance)
+
+    def beside_px2(self, point: Floats, distance: float) -> int:
+        """Return the area of the object beside the body as near as this to a point, pixels."""
+        return _px2_near(self.beside, point, distance)
+
+
+def _px2_near(mask: Picture, point: Floats, distance: float) -> int:
+    """Return how many pixels of a mask are as near as this to a point (2,)."""
+    u, v = point.tolist()
+    u0, v0 = max(floor(u - distance), 0), max(floor(v - distance), 0)
+    u1, v1 = max(ceil(u + distance), 0), max(ceil(v + distance), 0)
+    rows, columns = np.nonzero(mask[v0 : v1 + 1, u0 : u1 + 1])
+    return int((np.hypot(columns + u0 - u, rows + v0 - v) < distance).sum())
 
 
 def ends_and_bends(points: Floats, width: float, settings: BodyResidualSettings) -> Floats:
@@ -225,6 +237,7 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
         cv2.countNonZero(mask & body) / max(cv2.countNonZero(mask | body), 1),
         np.asarray(cv2.bitwise_and(mask, near), np.uint8),
         np.asarray(wanted, np.uint8),
+        seen.beside_dirt(cv2.bitwise_and(mask, cv2.bitwise_not(_grown(body, 1.0)))),
     )
 
 

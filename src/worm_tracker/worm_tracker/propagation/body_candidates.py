@@ -124,6 +124,7 @@ class CandidateSearch:
             self.frames_unexplained(found),
             was_turned=in_doubt is not None and self.was_turned(found),
             order_known=self.order_known(found),
+            broad_ends=self.broad_ends(found),
             hides_slack=self.hides_slack(found),
             is_s_at_end=s_at_end(found.path, width, self.settings),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
@@ -170,6 +171,19 @@ class CandidateSearch:
         first, last = (
             on and found.unexplained.missing_px2(point, reach) > most
             for on, point in zip(on_body, found.path.points[[0, -1]], strict=True)
+        )
+        return first, last
+
+    def broad_ends(self, found: Candidate) -> tuple[bool, bool]:
+        """Tell of each end whether the object is broader there than the body is.
+
+        An end that is bent back onto its own flank makes it so, and the bend is taken for the end.
+        """
+        width, settings = self.model.width, self.settings
+        reach, most = settings.broad_end_widths * width, settings.most_beside_end_widths2 * width**2
+        first, last = (
+            found.unexplained.beside_px2(point, reach) > most
+            for point in found.path.points[[0, -1]]
         )
         return first, last
 

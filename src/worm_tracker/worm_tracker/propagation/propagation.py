@@ -94,7 +94,10 @@ def observation_of(
     folded = lies_near_itself(body.path.curve, width, body.path.step)
     end_sd_px = end_sd_px_of(body, model, settings)
     most_sd_px = most_end_sd_px(body, model, settings)
-    first, last = (0 if sd < most_sd_px else 1 + ceil(2 * sd / step) for sd in end_sd_px)
+    first, last = (
+        0 if sd < most_sd_px and not is_broad else 1 + ceil(2 * max(sd, is_broad * width) / step)
+        for sd, is_broad in zip(end_sd_px, body.broad_ends, strict=True)
+    )
     seen = Status.FOLDED if folded else Status.TRACKED
     seen = seen if body.loops_known else Status.LOOP_IN_DOUBT
     return Observation(
@@ -108,6 +111,7 @@ def observation_of(
         occluded=(min(first, len(body.points)), min(last, len(body.points))),
         end_sd_px=end_sd_px,
         seen_end_sd_px=body.end_sd_px,
+        broad_ends=body.broad_ends,
         in_doubt=_points_of(body.loop_in_doubt, len(body.points)),
         over_limits=body.over_limits,
         order_known=body.order_known and _ends_told(body, settings) and not (first or last),

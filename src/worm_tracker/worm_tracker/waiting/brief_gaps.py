@@ -132,7 +132,7 @@ def told_over_gap(
     """
     seen, stamp_ns = frames[at].observation, frames[at].stamp_ns
     body = body_of(seen)
-    if body is None or not _may_be_told(seen):
+    if body is None or any(body.broad_ends) or not _may_be_told(seen):
         return seen
     wanted = np.ones(len(body.points), bool)
     if seen.has_midline:
