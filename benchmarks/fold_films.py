@@ -51,10 +51,13 @@ LINE_FILMS = tuple((worm, look) for worm in WORMS for look in LINE_LOOKS)
 STEERED_FILMS = tuple(
     (f"s{seed}", look)
     for look, seeds in {
-        "steered": (3, 9, 25, 28, 31, 35, 38, 41, 47, 49, 57, 60, 63, 65, 68, 71),
-        "steered_coarse": (5, 8, 22, 26, 32, 37, 40, 42, 45, 48, 50, 53, 56, 58, 61, 66, 69),
-        "steered_pale": (7, 12, 24, 33, 36, 39, 43, 46, 52, 54, 59, 67),
-        "steered_one_shade": (1, 10, 23, 34, 51, 55, 64, 70, 72),
+        "steered": (3, 9, 25, 28, 31, 35, 38, 41, 47, 49, 57, 60, 63, 65, 68, 71, 73, 77, 81, 86, 90),
+        "steered_coarse": (
+            *(5, 8, 22, 26, 32, 37, 40, 42, 45, 48, 50, 53, 56, 58, 61, 66, 69),
+            *(74, 78, 82, 87, 91),
+        ),
+        "steered_pale": (7, 12, 24, 33, 36, 39, 43, 46, 52, 54, 59, 67, 75, 79, 84, 88),
+        "steered_one_shade": (1, 10, 23, 34, 51, 55, 64, 70, 72, 76, 80, 85, 89),
     }.items()
     for seed in seeds
 )
