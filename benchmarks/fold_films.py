@@ -51,7 +51,29 @@ LINE_FILMS = tuple((worm, look) for worm in WORMS for look in LINE_LOOKS)
 STEERED_FILMS = tuple(
     (f"s{seed}", look)
     for look, seeds in {
-        "steered": (3, 9, 25, 28, 31, 35, 38, 41, 47, 49, 57, 60, 63, 65, 68, 71, 73, 77, 81, 86, 90),
+        "steered": (
+            3,
+            9,
+            25,
+            28,
+            31,
+            35,
+            38,
+            41,
+            47,
+            49,
+            57,
+            60,
+            63,
+            65,
+            68,
+            71,
+            73,
+            77,
+            81,
+            86,
+            90,
+        ),
         "steered_coarse": (
             *(5, 8, 22, 26, 32, 37, 40, 42, 45, 48, 50, 53, 56, 58, 61, 66, 69),
             *(74, 78, 82, 87, 91),
