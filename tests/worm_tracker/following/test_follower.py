@@ -142,7 +142,9 @@ def test_a_followed_body_is_not_told_open_where_its_object_is_broad_at_an_end(
     else:
         opened = Observation(Status.TRACKED, 130.0, 60.0, body.points, widths, 1.0, WIDTH)
         (told,) = follower.resolve_back(opened, [PastDetection(seen, 1)])
-    assert told.status is (Status.COILED if blunt else Status.TRACKED)
+    assert told.shows_pose is not blunt
+    assert told.status is (Status.END_HIDDEN if blunt else Status.TRACKED)
     if blunt:
-        assert not told.followed.explains
-        assert np.hypot(*(told.followed.points - body.points).T).max() < WIDTH
+        assert told.broad_ends == (False, True)
+        assert told.occluded[1] > 0
+    assert np.hypot(*(told.points - body.points).T).max() < WIDTH
