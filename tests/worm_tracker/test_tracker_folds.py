@@ -101,7 +101,7 @@ def test_where_a_loop_may_be_passed_either_way_round_the_rest_of_the_body_is_tol
     for one in doubted:
         body, state = bodies[one.state.frame], one.state
         ends = [(end.u_px, end.v_px) for end in (state.head, state.tail)]
-        either_may_be_head = state.head_certainty == 0.5
+        either_may_be_head = state.head_certainty < 0.9
         ways = ([0, -1], [-1, 0]) if either_may_be_head else ([0, -1],)
         away = [np.hypot(*(np.array(ends) - body.points_px[way]).T).max() for way in ways]
         assert min(away) < body.mean_width_px

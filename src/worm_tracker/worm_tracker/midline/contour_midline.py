@@ -110,7 +110,7 @@ def contour_midline(
     if best is None:
         return None
     i, j = best
-    points = _between_sides(loop, i, j, width / spacing, settings)
+    points = _between_sides(loop, i, j, width, spacing, settings)
     # The contour runs through the centres of edge pixels: half a pixel is missing all round.
     area = abs(oriented) + len(contour) / 2
     length = max(float(np.abs(points[1:] - points[:-1]).sum()), 1.0)
@@ -123,19 +123,16 @@ def contour_midline(
 
 
 def _between_sides(
-    loop: Complex, i: int, j: int, width: float, settings: ContourMidlineSettings
+    loop: Complex, i: int, j: int, width: float, spacing: float, settings: ContourMidlineSettings
 ) -> Complex:
-    """Return the curve half-way between a loop's two sides, from its point i to its point j.
-
-    The body's width is in the loop's steps.
-    """
+    """Return the curve half-way between a loop's two sides, from its point i to its point j."""
     n = len(loop)
     # The loop's points are at equal steps: half of these go one way round, half the other.
     at = np.concatenate([i + (j - i) * _SIDE, i + n - (i + n - j) * _SIDE])
     first = _middle(_on_loop(loop, at))
     if not _leaves_body(first, loop, width, settings):
         return first.points
-    opposite = _middle(_on_loop(loop, _opposite(loop, at, width, settings)))
+    opposite = _middle(_on_loop(loop, _opposite(loop, at, width, spacing, settings)))
     s = complex_arc_length(opposite.points)
     return np.asarray(np.interp(s[-1] * _SIDE, s, opposite.points))
 
@@ -156,16 +153,17 @@ def _leaves_body(
     middle: _Middle, loop: Complex, width: float, settings: ContourMidlineSettings
 ) -> bool:
     """Tell whether points between the sides come near the edge, where their lines are slanted."""
-    step = abs(complex(loop[1] - loop[0]))
-    slanted = middle.points[middle.apart > settings.least_slant_over_width * width * step]
+    slanted = middle.points[middle.apart > settings.least_slant_over_width * width]
     if not len(slanted):  # nearly always
         return False
     outline = as_points(loop).astype(np.float32)
     depth = min(cv2.pointPolygonTest(outline, (p.real, p.imag), True) for p in slanted.tolist())
-    return depth < settings.least_depth_widths * width * step
+    return depth < settings.least_depth_widths * width
 
 
-def _opposite(loop: Complex, at: Floats, width: float, settings: ContourMidlineSettings) -> Floats:
+def _opposite(
+    loop: Complex, at: Floats, width: float, spacing: float, settings: ContourMidlineSettings
+) -> Floats:
     """Return where on the two sides of a loop points lie opposite each other.
 
     Past a bend the outer side is the longer one, by the width times the turn: what is as far along
@@ -174,18 +172,17 @@ def _opposite(loop: Complex, at: Floats, width: float, settings: ContourMidlineS
     """
     at, bounds = at.copy(), at[[0, TRACKED_POINTS - 1, TRACKED_POINTS, -1]]
     one, other = at[:TRACKED_POINTS], at[TRACKED_POINTS:]
-    step = abs(complex(loop[1] - loop[0]))
     for _ in range(settings.most_steps):
         here, ahead, behind = (_on_loop(loop, at + shift) for shift in (0.0, 0.5, -0.5))
         along = ahead - behind
         along = along[:TRACKED_POINTS] - along[TRACKED_POINTS:]  # the other side runs back
         along /= np.maximum(np.abs(along), 1e-9)
         across = here[:TRACKED_POINTS] - here[TRACKED_POINTS:]
-        lead = (across * along.conj()).real / step
+        lead = (across * along.conj()).real
         if np.abs(lead[1:-1]).max() < settings.most_lead_widths * width:
             break
         most = settings.most_step_widths * width
-        moved = np.clip(lead / 2, -most, most)
+        moved = np.clip(lead / 2, -most, most) / spacing
         one -= moved
         other -= moved
         np.maximum.accumulate(np.clip(one, bounds[0], bounds[1], out=one), out=one)
