@@ -40,6 +40,7 @@ FOLLOWED = replace(midline(seen_end_sd_px=(0.0, 0.1 * WIDTH)), status=Status.END
         pytest.param(0.2, {"over_limits": 1.5}, False, id="something is left over"),
         pytest.param(0.2, {"in_doubt": (20, 80)}, False, id="both ways may go wrong alike"),
         pytest.param(0.2, {"seen_end_sd_px": (0.0, 0.6 * WIDTH)}, False, id="no end is seen"),
+        pytest.param(0.2, {"broad_ends": (True, False)}, False, id="an end is bent back"),
     ],
 )
 @pytest.mark.parametrize("turned", [False, True])

@@ -123,10 +123,12 @@ def _confirm_each_other(one: Observation, other: Observation, settings: Agreemen
     Each of them explains the picture. What is in doubt of a body that was followed for long (a
     strand that it may have changed over to, an end that lies on the body) would have led the
     other, which comes from elsewhere, to another place. Which way round a loop is passed is not
-    told so: both take the straighter way.
+    told so: both take the straighter way; nor where an end is that is bent back onto its flank:
+    both take the bend for it.
     """
     for each in (one, other):
         unsure = max(each.seen_end_sd_px) > settings.most_end_sd_widths * each.width
+        unsure |= any(each.broad_ends)
         if unsure or not (each.has_midline and each.explains and each.loops_known):
             return False
     apart = float(np.hypot(*(one.points - other.points).T).max())
