@@ -1,13 +1,19 @@
 """A first midline runs within the body, however its two sides differ in length."""
 
 import cv2
+import numpy as np
 import pytest
 from drawn_folds import HEADINGS, Drawn, as_rows
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from worm_tracker.midline.contour_midline import ContourMidlineSettings, contour_midline
+from worm_tracker.midline.contour_midline import (
+    ContourMidlineSettings,
+    contour_midline,
+    first_contour_midline,
+)
+from worm_tracker.midline.curve import length_of
 
 S_BEND = [(7.0, 0.0), (2.0, -0.7), (1.0, 0.0), (5.0, 0.72), (5.0, 0.0)]
 """Behind its sharp bend the outer side is three widths longer than the inner one."""
@@ -15,13 +21,21 @@ GENTLE = [(6.0, 0.0), (5.0, 0.2), (5.0, -0.25), (6.0, 0.0)]
 HOOK = [(8.0, 0.0), (3.0, 0.9), (3.0, 0.0)]
 
 
+HAIRPIN = [(20.0, 0.0), (1.5, 2.0), (2.0, 0.0), (17.0, -0.04)]
+"""Its strands touch at the turn: there it is nearly twice as thick as the body is wide."""
+
+
+def contour_of(drawn):
+    """Return the outline of what was drawn."""
+    outlines, _ = cv2.findContours(drawn.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    return max(outlines, key=cv2.contourArea)[:, 0]
+
+
 def off_axis_widths(arcs, width, heading, mirrored):
     """Return how far the points of a first midline lie beside the true one, ends left out."""
     arcs = [(length, -turn if mirrored else turn) for length, turn in arcs]
     drawn = Drawn.of(arcs, width, heading)
-    outlines, _ = cv2.findContours(drawn.mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    contour = max(outlines, key=cv2.contourArea)[:, 0]
-    found = contour_midline(contour, width, None, ContourMidlineSettings())
+    found = contour_midline(contour_of(drawn), width, None, ContourMidlineSettings())
     assert found is not None
     within = found.points[4:-4]
     return cKDTree(as_rows(drawn.curve)).query(within)[0].max() / width
@@ -33,3 +47,17 @@ def off_axis_widths(arcs, width, heading, mirrored):
 def test_behind_a_sharp_bend_it_still_runs_in_the_bodys_middle(arcs, width, heading, mirrored):
     """Nearer than what the cross-sections put right."""
     assert off_axis_widths(arcs, width, heading, mirrored) < 0.3
+
+
+@pytest.mark.parametrize("width", [9.0, 12.0, 16.0, 20.0, 24.0])
+def test_a_body_that_touches_itself_is_measured_by_its_own_width(width):
+    """By its object's thickest part its turn is cut short."""
+    headings, settings = np.arange(0.1, 6.3, 0.4), ContourMidlineSettings()
+    drawn = [Drawn.of(HAIRPIN, width, heading) for heading in headings]
+    by_thickness, found = (
+        [length_of(find(contour_of(one), 1.8 * width, None, settings).points) for one in drawn]
+        for find in (contour_midline, first_contour_midline)
+    )
+    true = [np.abs(np.diff(one.curve)).sum() for one in drawn]
+    assert 0.96 < np.mean(found) / np.mean(true) < 1.0
+    assert np.mean(found) > np.mean(by_thickness) + 0.002 * np.mean(true)

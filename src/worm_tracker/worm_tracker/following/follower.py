@@ -16,16 +16,13 @@ from worm_tracker.detection.occluded_body import occluded_points, with_known_wid
 from worm_tracker.detection.pale_ends import kept_for_later
 from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.head_tail.appearance import appearance_difference
-from worm_tracker.midline.body_model import (
-    BodyModel,
-    is_nearer_reversed,
-    mean_width,
-)
+from worm_tracker.midline.body_model import BodyModel, is_nearer_reversed, mean_width
 from worm_tracker.midline.body_shade import shade_along
 from worm_tracker.midline.contour_body import explains_object, is_broad_at_end, may_hide_end
 from worm_tracker.midline.contour_midline import (
     ContourMidline,
     contour_midline,
+    first_contour_midline,
 )
 from worm_tracker.midline.curve import as_complex, length_of
 from worm_tracker.midline.doubled_body import looks_doubled
@@ -207,7 +204,8 @@ class Follower:
         blob, view, settings = detection.blob, detection.view, self._settings
         model, last = self._track.model, self._track.bodies.last
         expected = model.width if model else detection.thickness()
-        first = contour_midline(blob.contour, expected, last, settings.contour)
+        find = contour_midline if model else first_contour_midline
+        first = find(blob.contour, expected, last, settings.contour)
         if first is None or not self._is_open_body(first, blob, expected):
             return None
         width = model.width if model else first.width

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex, Floats
+from worm_tracker.midline.body_model import end_displacement
 from worm_tracker.midline.curve import (
     TRACKED_POINTS,
     as_complex,
@@ -18,6 +19,7 @@ from worm_tracker.midline.curve import (
 )
 
 _SIDE = np.linspace(0.0, 1.0, TRACKED_POINTS)
+_FINE = np.linspace(0.0, 1.0, 4 * TRACKED_POINTS - 3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,9 @@ class ContourMidlineSettings:
     most_step_widths: float = 0.5
     most_steps: int = 12
     """How far they are moved at once, and how often."""
+    least_width_over_thickness: float = 0.7
+    """What is thinner than so much of its object's thickest part touches itself there, or tapers
+    much: by that part its inner edges are smoothed away."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -122,6 +127,26 @@ def contour_midline(
     )
 
 
+def first_contour_midline(
+    contour: NDArray[np.int32],
+    thickness: float,
+    last: Floats | None,
+    settings: ContourMidlineSettings,
+) -> ContourMidline | None:
+    """Find the midline of a body whose width is not known, by its object's thickness.
+
+    See `contour_midline`. Where it turns out to be far thinner it is sought again by its own width,
+    between the same ends.
+    """
+    found = contour_midline(contour, thickness, last, settings)
+    if found is None or found.width > settings.least_width_over_thickness * thickness:
+        return found
+    anew = contour_midline(contour, found.width, found.points, settings)
+    if anew is None:
+        return found
+    return anew if end_displacement(anew.points, found.points) < thickness else found
+
+
 def _between_sides(
     loop: Complex, i: int, j: int, width: float, spacing: float, settings: ContourMidlineSettings
 ) -> Complex:
@@ -132,7 +157,10 @@ def _between_sides(
     first = _middle(_on_loop(loop, at))
     if not _leaves_body(first, loop, width, settings):
         return first.points
-    opposite = _middle(_on_loop(loop, _opposite(loop, at, width, spacing, settings)))
+    # Around the tip of a hairpin the sides are far apart from one pair of points to the next.
+    sides = np.split(_opposite(loop, at, width, spacing, settings), 2)
+    finely = np.concatenate([np.interp(_FINE, _SIDE, side) for side in sides])
+    opposite = _middle(_on_loop(loop, finely))
     s = complex_arc_length(opposite.points)
     return np.asarray(np.interp(s[-1] * _SIDE, s, opposite.points))
 
@@ -145,7 +173,7 @@ class _Middle(NamedTuple):
 
 
 def _middle(sides: Complex) -> _Middle:
-    one, other = sides[:TRACKED_POINTS], sides[TRACKED_POINTS:]
+    one, other = np.split(sides, 2)
     return _Middle(np.asarray((one + other) / 2), np.abs(one - other))
 
 
