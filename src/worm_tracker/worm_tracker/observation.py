@@ -49,6 +49,8 @@ class Observation:
         Not told, but which end is which is carried on by it.
     over_limits : float
         What its midline leaves over of the object, over what it may.
+    overlaps_tell : bool
+        Whether overlaps are known to be darker, so that they show what lies in them.
     order_known : bool
         Whether its widths tell that its ends come in the order of the body model.
     path_number : int
@@ -74,6 +76,7 @@ class Observation:
     kept: Detection | None = None
     followed: "Observation | None" = None
     over_limits: float = 0.0
+    overlaps_tell: bool = False
     order_known: bool = False
     path_number: int = 0
 

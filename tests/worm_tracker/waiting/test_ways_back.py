@@ -38,7 +38,6 @@ FOLLOWED = replace(midline(seen_end_sd_px=(0.0, 0.1 * WIDTH)), status=Status.END
         pytest.param(0.2, {}, True, id="the same body"),
         pytest.param(0.4, {}, False, id="another one"),
         pytest.param(0.2, {"over_limits": 1.5}, False, id="something is left over"),
-        pytest.param(0.2, {"in_doubt": (20, 80)}, False, id="both ways may go wrong alike"),
         pytest.param(0.2, {"seen_end_sd_px": (0.0, 0.6 * WIDTH)}, False, id="no end is seen"),
         pytest.param(0.2, {"broad_ends": (True, False)}, False, id="an end is bent back"),
     ],
@@ -62,6 +61,39 @@ def test_a_body_that_both_ways_through_a_fold_came_to_is_told(
     if is_told:
         line = np.stack([first.midline.u_px, first.midline.v_px], axis=1)
         assert line == pytest.approx(LINE + aside / 2)
+
+
+IN_DARK = {"overlaps_tell": True, "seen_end_sd_px": (0.0, 0.55 * WIDTH), "over_limits": 2.0}
+"""How sure a body may be where overlaps are darker, which show what lies in them."""
+
+
+@pytest.mark.parametrize(
+    ("doubts", "told_doubt"),
+    [
+        pytest.param(({}, {}), (0, 0), id="nothing in doubt"),
+        pytest.param(({"in_doubt": (20, 40)}, {}), (20, 40), id="one loop"),
+        pytest.param(({"in_doubt": (20, 40)}, {"in_doubt": (35, 50)}), (20, 50), id="both"),
+        pytest.param(({"in_doubt": (0, len(LINE))}, {}), None, id="all of it"),
+    ],
+)
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("in_dark", [False, True])
+def test_what_both_ways_came_to_is_told_but_for_loops_that_either_may_pass_wrongly(
+    doubts, told_doubt, turned, in_dark
+):
+    """Both take the straighter way round a loop; the rest of the body is where both have it."""
+    looks = IN_DARK if in_dark else {}
+    there, back = (replace(FOLLOWED, **looks, **doubt) for doubt in doubts)
+    back = back.reversed() if turned else back
+    queue = queue_of(coil(followed=there), midline())
+    queue.go_back(lambda opened, detections: iter([coil(followed=back)]))
+    first, _ = queue.finish()
+    if told_doubt is None:
+        assert first.state.status is Status.COILED
+        return
+    assert first.state.status is (Status.FOLDED if told_doubt == (0, 0) else Status.LOOP_IN_DOUBT)
+    untold = np.flatnonzero(np.isnan(first.midline.u_px))
+    assert untold.tolist() == list(range(*told_doubt))
 
 
 def there_again(entered, coils, told_back):

@@ -20,6 +20,7 @@ from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise, is_due
+from worm_tracker.propagation.overlaps import overlaps_tell
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -114,6 +115,7 @@ def observation_of(
         broad_ends=body.broad_ends,
         in_doubt=_points_of(body.loop_in_doubt, len(body.points)),
         over_limits=body.over_limits,
+        overlaps_tell=overlaps_tell(model, settings),
         order_known=body.order_known and _ends_told(body, settings) and not (first or last),
     )
 
