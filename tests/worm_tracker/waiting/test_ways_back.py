@@ -96,6 +96,19 @@ def test_what_both_ways_came_to_is_told_but_for_loops_that_either_may_pass_wrong
     assert untold.tolist() == list(range(*told_doubt))
 
 
+@pytest.mark.parametrize(
+    ("apart_widths", "end_sd_widths", "is_told"),
+    [(0.3, 0.55, True), (0.6, 0.45, True), (0.6, 0.55, False), (0.9, 0.3, False), (0.2, 0.7, False)],
+)
+def test_in_darker_overlaps_surer_ends_may_lie_farther_apart(apart_widths, end_sd_widths, is_told):
+    aside = np.array([0.0, apart_widths * WIDTH])
+    there = replace(FOLLOWED, overlaps_tell=True, seen_end_sd_px=(0.0, end_sd_widths * WIDTH))
+    queue = queue_of(coil(followed=there), midline())
+    back = replace(there, points=LINE + aside)
+    queue.go_back(lambda opened, detections: iter([coil(followed=back)]))
+    assert queue.finish()[0].state.status is (Status.FOLDED if is_told else Status.COILED)
+
+
 def there_again(entered, coils, told_back):
     """Return what is told of coils where a way back tells the last, and one there all it is asked.
 
