@@ -98,7 +98,13 @@ def test_what_both_ways_came_to_is_told_but_for_loops_that_either_may_pass_wrong
 
 @pytest.mark.parametrize(
     ("apart_widths", "end_sd_widths", "is_told"),
-    [(0.3, 0.55, True), (0.6, 0.45, True), (0.6, 0.55, False), (0.9, 0.3, False), (0.2, 0.7, False)],
+    [
+        (0.3, 0.55, True),
+        (0.6, 0.45, True),
+        (0.6, 0.55, False),
+        (0.9, 0.3, False),
+        (0.2, 0.7, False),
+    ],
 )
 def test_in_darker_overlaps_surer_ends_may_lie_farther_apart(apart_widths, end_sd_widths, is_told):
     aside = np.array([0.0, apart_widths * WIDTH])
