@@ -9,6 +9,7 @@ from math import inf
 
 import numpy as np
 
+from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
 from worm_tracker.observation import Observation
 
@@ -23,8 +24,11 @@ class AgreementSettings:
     """
 
     most_apart_widths: float = 0.3
-    most_end_sd_widths: float = 0.42
-    """How far apart any of their points may be, and how unsure an end may be by what is seen."""
+    """How far apart any of their points may be."""
+    most_end_sd_widths: float = 0.5
+    most_end_sd_of_doubted_widths: float = 0.42
+    """How unsure an end may be by what is seen where one of them knows its loops; and where both
+    pass the straighter way, so that they may go wrong alike."""
     in_darker_widths: tuple[tuple[float, float], ...] = ((0.6, 0.4), (0.5, 0.8))
     """Where overlaps are darker, which show what lies in them: how unsure an end may be, and how
     far apart the bodies. Of 700 frames more that were told so 5 were more than a width off, by up
@@ -107,57 +111,68 @@ def _confirmed(
     if there is None or back is None:
         return None
     for way in (back, back.reversed()):
-        if _confirm_each_other(there, way, settings):
-            in_doubt = _doubts_of_both(there, way)
-            is_open = Status.TRACKED in (there.status, way.status)
-            seen_as = Status.TRACKED if is_open else Status.FOLDED
-            sds = zip(there.seen_end_sd_px, way.seen_end_sd_px, strict=True)
-            first, last = (min(both) for both in sds)
-            return replace(
-                there,
-                status=seen_as if in_doubt == (0, 0) else Status.LOOP_IN_DOUBT,
-                points=(there.points + way.points) / 2,
-                confidence=(there.confidence + way.confidence) / 2,
-                occluded=(0, 0),
-                end_sd_px=(first, last),
-                in_doubt=in_doubt,
-                order_known=there.order_known or (way is back and back.order_known),
-                unresolved=None,
-            )
+        in_doubt = _doubted_of_same(there, way, settings)
+        if in_doubt is None:
+            continue
+        is_open = Status.TRACKED in (there.status, way.status)
+        seen_as = Status.TRACKED if is_open else Status.FOLDED
+        sds = zip(there.seen_end_sd_px, way.seen_end_sd_px, strict=True)
+        first, last = (min(both) for both in sds)
+        return replace(
+            there,
+            status=seen_as if in_doubt == (0, 0) else Status.LOOP_IN_DOUBT,
+            points=(there.points + way.points) / 2,
+            confidence=(there.confidence + way.confidence) / 2,
+            occluded=(0, 0),
+            end_sd_px=(first, last),
+            in_doubt=in_doubt,
+            order_known=there.order_known or (way is back and back.order_known),
+            unresolved=None,
+        )
     return None
 
 
-def _confirm_each_other(one: Observation, other: Observation, settings: AgreementSettings) -> bool:
-    """Tell whether two bodies are the same one but for loops in doubt, so that both are right.
+def _doubted_of_same(
+    one: Observation, other: Observation, settings: AgreementSettings
+) -> tuple[int, int] | None:
+    """Return what stays in doubt of two bodies that are the same one, so that both are right.
 
     What is in doubt of a body that was followed for long (a strand that it may have changed over
     to, an end that lies on the body) would have led the other, which comes from elsewhere, to
-    another place. Which way round a loop is passed is not told so: both take the straighter way;
-    nor where an end is that is bent back onto its flank: both take the bend for it.
+    another place. Which way round a loop is passed is not told so where neither knows it: both take
+    the straighter way; nor where an end is that is bent back onto its flank: both take the bend for
+    it. None where they are not known to be the same.
     """
     if any(not each.has_midline or any(each.broad_ends) for each in (one, other)):
-        return False
+        return None
     darker = one.overlaps_tell and other.overlaps_tell
     over = max(one.over_limits, other.over_limits)
     if over > (settings.most_over_limits_in_darker if darker else 1.0):
-        return False
-    told = np.ones(len(one.points), bool)
-    told[slice(*_doubts_of_both(one, other))] = False
-    if not told.any():
-        return False
-    apart = np.hypot(*(one.points - other.points)[told].T).max() / one.width
+        return None
+    apart = np.hypot(*(one.points - other.points).T) / one.width
     end_sd = max(*one.seen_end_sd_px, *other.seen_end_sd_px) / one.width
-    of_one_shade = ((settings.most_end_sd_widths, settings.most_apart_widths),)
-    return any(
-        end_sd <= most_sd and apart < most_apart
-        for most_sd, most_apart in (settings.in_darker_widths if darker else of_one_shade)
+    doubts = [each.in_doubt for each in (one, other) if not each.loops_known]
+    if len(doubts) < 2 and _is_same(apart, end_sd, darker, settings.most_end_sd_widths, settings):
+        return 0, 0
+    if not doubts:
+        return None
+    told, in_doubt = np.ones(len(apart), bool), (min(doubts)[0], max(end for _, end in doubts))
+    told[slice(*in_doubt)] = False
+    most_sd = settings.most_end_sd_of_doubted_widths
+    return in_doubt if _is_same(apart[told], end_sd, darker, most_sd, settings) else None
+
+
+def _is_same(
+    apart: Floats, end_sd: float, darker: bool, most_sd: float, settings: AgreementSettings
+) -> bool:
+    """Tell whether so far apart, and with ends so unsure, two bodies are the same; all in widths.
+
+    By `most_sd` where overlaps are no darker.
+    """
+    limits = settings.in_darker_widths if darker else ((most_sd, settings.most_apart_widths),)
+    return len(apart) > 0 and any(
+        end_sd <= most_end_sd and apart.max() < most_apart for most_end_sd, most_apart in limits
     )
-
-
-def _doubts_of_both(one: Observation, other: Observation) -> tuple[int, int]:
-    """Return from which point to before which one of two bodies or the other is in doubt."""
-    doubts = [each.in_doubt for each in (one, other) if not each.loops_known] or [(0, 0)]
-    return min(first for first, _ in doubts), max(behind for _, behind in doubts)
 
 
 def _unsure(observation: Observation) -> tuple[bool, bool, float]:
