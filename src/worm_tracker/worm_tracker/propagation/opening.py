@@ -4,12 +4,12 @@ The body was followed into the fold, and back from the frame that opens it: two 
 elsewhere and see the same picture.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 
-from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
 from worm_tracker.observation import Observation
 
@@ -90,8 +90,11 @@ def supersedes(one: Observation, other: Observation, settings: AgreementSettings
     for way in (one, one.reversed()):
         certain = np.ones(len(way.points), bool)
         certain[slice(*way.in_doubt)] = certain[slice(*other.in_doubt)] = False
-        apart = np.hypot(*(way.points[certain] - other.points[certain]).T)
-        if apart.max(initial=0.0) < settings.most_apart_widths * other.width:
+        apart = np.hypot(*(way.points[certain] - other.points[certain]).T) / other.width
+        away, end_sd = float(apart.max(initial=0.0)), max(one.seen_end_sd_px) / one.width
+        if away < settings.most_apart_widths or (
+            one.overlaps_tell and _is_same(away, end_sd, settings.in_darker_widths)
+        ):
             return True
     return False
 
@@ -152,27 +155,23 @@ def _doubted_of_same(
     apart = np.hypot(*(one.points - other.points).T) / one.width
     end_sd = max(*one.seen_end_sd_px, *other.seen_end_sd_px) / one.width
     doubts = [each.in_doubt for each in (one, other) if not each.loops_known]
-    if len(doubts) < 2 and _is_same(apart, end_sd, darker, settings.most_end_sd_widths, settings):
+    limits, of_doubted = (
+        settings.in_darker_widths if darker else ((most_sd, settings.most_apart_widths),)
+        for most_sd in (settings.most_end_sd_widths, settings.most_end_sd_of_doubted_widths)
+    )
+    if len(doubts) < 2 and _is_same(float(apart.max()), end_sd, limits):
         return 0, 0
     if not doubts:
         return None
     told, in_doubt = np.ones(len(apart), bool), (min(doubts)[0], max(end for _, end in doubts))
     told[slice(*in_doubt)] = False
-    most_sd = settings.most_end_sd_of_doubted_widths
-    return in_doubt if _is_same(apart[told], end_sd, darker, most_sd, settings) else None
+    away = float(apart[told].max(initial=0.0))
+    return in_doubt if told.any() and _is_same(away, end_sd, of_doubted) else None
 
 
-def _is_same(
-    apart: Floats, end_sd: float, darker: bool, most_sd: float, settings: AgreementSettings
-) -> bool:
-    """Tell whether so far apart, and with ends so unsure, two bodies are the same; all in widths.
-
-    By `most_sd` where overlaps are no darker.
-    """
-    limits = settings.in_darker_widths if darker else ((most_sd, settings.most_apart_widths),)
-    return len(apart) > 0 and any(
-        end_sd <= most_end_sd and apart.max() < most_apart for most_end_sd, most_apart in limits
-    )
+def _is_same(away: float, end_sd: float, limits: Sequence[tuple[float, float]]) -> bool:
+    """Tell whether two bodies are the same, so far apart and their ends so unsure; in widths."""
+    return any(end_sd <= most_sd and away < most for most_sd, most in limits)
 
 
 def _unsure(observation: Observation) -> tuple[bool, bool, float]:
