@@ -182,7 +182,7 @@ def test_stamps_that_do_not_increase_tell_nothing_false(jitter_ms):
 
 
 @given(st.lists(st.booleans(), min_size=3, max_size=40))
-def test_what_a_frame_tells_itself_is_never_changed(hides):
+def test_what_a_frame_tells_itself_is_never_moved(hides):
     frames = [
         PendingFrame(k, 40_000_000 * k, (with_end_hidden if hidden else folded)(k), None)
         for k, hidden in enumerate(hides)
@@ -193,7 +193,7 @@ def test_what_a_frame_tells_itself_is_never_changed(hides):
         own = slice(None, NODES - seen.occluded[1])
         assert np.array_equal(one.points[own], seen.points[own])
         if seen.status is Status.FOLDED:
-            assert one is seen
+            assert one.occluded[1] or np.array_equal(one.points, seen.points)
 
 
 def ready_of(frames, first, newest_s=0.0):
@@ -229,3 +229,34 @@ def test_a_frame_waits_no_longer_than_a_gap_may_be():
     reach_s = BriefGapSettings().reach_s
     assert ready_of(frames[: MIDDLE + 1], MIDDLE, reach_s - 0.01) == 0
     assert ready_of(frames[: MIDDLE + 1], MIDDLE, reach_s + 0.01) == 1
+
+
+def told_all(frames):
+    return BriefGaps(BriefGapSettings()).tell(frames, len(frames))
+
+
+@pytest.mark.parametrize("frames_per_s", [25.0, 50.0])
+@pytest.mark.parametrize("off_widths", [0.0, 1.5])
+def test_an_end_that_one_frame_tells_amid_those_that_hide_it_is_hidden(frames_per_s, off_widths):
+    """It may be anywhere: told so, nothing says that it is wrong."""
+    hidden = set(range(5, 76)) - {MIDDLE}
+    frames = film(hidden, frames_per_s=frames_per_s)
+    frames[MIDDLE].observation.points[-HIDDEN:, 1] += off_widths * WIDTH
+    one = told_all(frames)[MIDDLE]
+    assert one.status is Status.END_HIDDEN
+    assert one.occluded[0] == 0 < one.occluded[1]
+
+
+@pytest.mark.parametrize("count", [3, 4, 9])
+def test_an_end_that_frames_in_a_row_tell_is_told(count):
+    hidden = set(range(10, 70)) - set(gap_of(count))
+    told = told_all(film(hidden))
+    assert all(told[k].status is Status.FOLDED for k in gap_of(count))
+
+
+def test_a_frame_waits_for_those_after_it_where_those_before_it_hide_its_end():
+    frames = film(range(MIDDLE))
+    ready = [
+        ready_of(frames[: MIDDLE + 1 + more], MIDDLE, newest_s=0.04 * more) for more in range(6)
+    ]
+    assert ready == [0, 0, 0, 0, 5, 6]
