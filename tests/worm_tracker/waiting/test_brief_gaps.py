@@ -260,3 +260,10 @@ def test_a_frame_waits_for_those_after_it_where_those_before_it_hide_its_end():
         ready_of(frames[: MIDDLE + 1 + more], MIDDLE, newest_s=0.04 * more) for more in range(6)
     ]
     assert ready == [0, 0, 0, 0, 5, 6]
+
+
+def test_what_is_told_alone_tells_no_gap_beside_it():
+    """Two frames that tell an end amid many that hide it: what is between is not known by them."""
+    hidden = set(range(2, 79)) - {30, 31, 44, 45}
+    told = told_all(film(hidden))
+    assert all(told[k].status is Status.END_HIDDEN for k in range(30, 46))

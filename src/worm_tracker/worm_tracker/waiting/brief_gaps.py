@@ -97,26 +97,38 @@ class BriefGaps:
             How many of them are given now.
         """
         before = len(self._given)
-        known = [*self._given, *frames]
-        told = [self._told(known, at) for at in range(before, before + count)]
+        known = [*self._given, *self._near(frames, count)]
+        asked = range(before, before + count)
+        told = [self._shown(known, at).observation for at in asked]
+        if any(map(_may_be_told, told)):  # hardly ever of an open worm
+            shown = [self._shown(known, at) for at in range(len(known))]
+            told = [told_over_gap(shown, at, self._settings) for at in asked]
         if count:
             self._given = self._last_of(known[: before + count])
         return told
 
-    def _told(self, known: Sequence[PendingFrame], at: int) -> Observation:
-        """Return what is told of one of some frames."""
+    def _near(self, frames: Sequence[PendingFrame], count: int) -> Sequence[PendingFrame]:
+        """Return the first frames, and those after them that may tell more of them."""
+        until_ns = frames[count - 1].stamp_ns + self._kept_s * 1e9 if count else 0
+        return [each for k, each in enumerate(frames) if k < count or each.stamp_ns <= until_ns]
+
+    def _shown(self, known: Sequence[PendingFrame], at: int) -> PendingFrame:
+        """Return one of some frames with what it alone tells of an end hidden."""
         seen = without_lone_ends(known, at, self._settings.lone_ends)
-        if seen is not known[at].observation:
-            known = [*known[:at], replace(known[at], observation=seen), *known[at + 1 :]]
-        return told_over_gap(known, at, self._settings)
+        return known[at] if seen is known[at].observation else replace(known[at], observation=seen)
+
+    @property
+    def _kept_s(self) -> float:
+        """How far from a frame those are that tell more of it, or of those that do."""
+        return self._settings.reach_s + self._settings.lone_ends.beside_s
 
     def _last_of(self, given: Sequence[PendingFrame]) -> list[PendingFrame]:
         """Return those of the last frames that tell something of one to come, without pictures."""
-        reach_ns = self._settings.reach_s * 1e9
+        kept_ns = self._kept_s * 1e9
         return [
             replace(each, observation=replace(each.observation, unresolved=None, kept=None))
             for each in given
-            if given[-1].stamp_ns - each.stamp_ns < reach_ns
+            if given[-1].stamp_ns - each.stamp_ns < kept_ns
         ]
 
 

@@ -40,16 +40,14 @@ def without_lone_ends(
     settings : LoneEndSettings
     """
     seen = frames[at].observation
-    if not _is_told_fold(seen):
+    if not _tells_ends(seen):
         return seen
     beside = [each.observation for each in _beside(frames, at, settings.beside_s)]
-    count = 1 + ceil(2 * seen.width * (len(seen.points) - 1) / length_of(seen.points))
-    first, last = (
-        count if beside and _part_telling(beside, end) <= settings.most_part else 0
-        for end in (0, 1)
-    )
-    if not (first or last):
+    lone = [beside and _part_telling(beside, end) <= settings.most_part for end in (0, 1)]
+    if not any(lone) or not _is_folded(seen):
         return seen
+    count = 1 + ceil(2 * seen.width * (len(seen.points) - 1) / length_of(seen.points))
+    first, last = (count if each else 0 for each in lone)
     return replace(seen, status=Status.END_HIDDEN, occluded=(first, last))
 
 
@@ -58,19 +56,22 @@ def may_be_lone(frames: Sequence[PendingFrame], at: int, settings: LoneEndSettin
 
     They cannot where enough of those before it tell both.
     """
-    if not _is_told_fold(frames[at].observation):
+    seen = frames[at].observation
+    if not _tells_ends(seen):
         return False
     before = [each.observation for each in _beside(frames[: at + 1], at, settings.beside_s)]
-    if not before:
-        return True
-    least = min(_part_telling(before, end) for end in (0, 1))
-    return least <= 2 * settings.most_part  # as many may follow that tell neither
+    # As many may follow that tell neither.
+    enough = before and min(_part_telling(before, end) for end in (0, 1)) > 2 * settings.most_part
+    return not enough and _is_folded(seen)
 
 
-def _is_told_fold(seen: Observation) -> bool:
-    """Tell whether all ends are told of a body that lies near itself."""
-    if not (seen.has_midline and seen.status.has_pose) or any(seen.occluded):
-        return False
+def _tells_ends(seen: Observation) -> bool:
+    """Tell whether both ends of a body are told."""
+    return seen.has_midline and seen.status.has_pose and not any(seen.occluded)
+
+
+def _is_folded(seen: Observation) -> bool:
+    """Tell whether a body lies near itself."""
     step = length_of(seen.points) / (len(seen.points) - 1)
     return lies_near_itself(as_complex(seen.points), seen.width, step)
 
