@@ -101,7 +101,9 @@ def test_what_both_ways_came_to_is_told_but_for_loops_that_either_may_pass_wrong
     ("apart_widths", "end_sd_widths", "is_told"),
     [
         pytest.param(0.6, (0.9, 0.45), True, id="one sees the end"),
-        pytest.param(0.6, (0.6, 0.6), False, id="neither sees it"),
+        pytest.param(0.6, (0.55, 0.55), False, id="neither sees it"),
+        pytest.param(0.3, (0.55, 0.55), True, id="neither does, but they are nearer"),
+        pytest.param(0.3, (0.65, 0.55), False, id="neither sees it by far"),
         pytest.param(0.8, (0.3, 0.3), False, id="it is elsewhere"),
     ],
 )

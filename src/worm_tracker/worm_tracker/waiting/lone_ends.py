@@ -42,7 +42,7 @@ def without_lone_ends(
     seen = frames[at].observation
     if not _tells_ends(seen):
         return seen
-    beside = [each.observation for each in _beside(frames, at, settings.beside_s)]
+    beside = [each.observation for each in _others_about(frames, at, settings.beside_s)]
     lone = [beside and _part_telling(beside, end) <= settings.most_part for end in (0, 1)]
     if not any(lone) or not _is_folded(seen):
         return seen
@@ -59,7 +59,7 @@ def may_be_lone(frames: Sequence[PendingFrame], at: int, settings: LoneEndSettin
     seen = frames[at].observation
     if not _tells_ends(seen):
         return False
-    before = [each.observation for each in _beside(frames[: at + 1], at, settings.beside_s)]
+    before = [each.observation for each in _others_about(frames[: at + 1], at, settings.beside_s)]
     # As many may follow that tell neither.
     enough = before and min(_part_telling(before, end) for end in (0, 1)) > 2 * settings.most_part
     return not enough and _is_folded(seen)
@@ -76,7 +76,7 @@ def _is_folded(seen: Observation) -> bool:
     return lies_near_itself(as_complex(seen.points), seen.width, step)
 
 
-def _beside(frames: Sequence[PendingFrame], at: int, beside_s: float) -> list[PendingFrame]:
+def _others_about(frames: Sequence[PendingFrame], at: int, beside_s: float) -> list[PendingFrame]:
     """Return the frames next to one that are no farther away than that, itself left out."""
     found = list[PendingFrame]()
     for side in (reversed(frames[:at]), iter(frames[at + 1 :])):
