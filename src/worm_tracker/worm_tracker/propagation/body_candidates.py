@@ -122,7 +122,7 @@ class CandidateSearch:
             found.straighter,
             in_doubt,
             self.frames_unexplained(found),
-            was_turned=in_doubt is not None and self.was_turned(found),
+            was_turned=self.stays_turned(found, in_doubt is not None),
             order_known=self.order_known(found),
             broad_ends=self.broad_ends(found),
             hides_slack=self.hides_slack(found),
@@ -206,7 +206,7 @@ class CandidateSearch:
     def loop_in_doubt(self, found: Candidate) -> tuple[float, float] | None:
         """Return the part of a body that lies in loops which may be passed either way round."""
         body, settings, turned = self.body, self.settings, self.was_turned(found)
-        may_be_known = self.is_followed and not found.was_exchanged
+        may_be_known = self.is_followed and not turned
         lost_rad2 = settings.bend_lost_of_turned_rad2 if turned else settings.bend_lost_rad2
         sd_px, width = end_sd_px_of(body, self.model, settings), self.model.width
         return loop_in_doubt(found.path, body, may_be_known, lost_rad2, sd_px, width, settings)
@@ -214,6 +214,13 @@ class CandidateSearch:
     def was_turned(self, found: Candidate) -> bool:
         """Tell whether loops in doubt were passed the other way round since they were known."""
         return found.was_exchanged or self.body.was_turned
+
+    def stays_turned(self, found: Candidate, is_in_doubt: bool) -> bool:
+        """Tell whether loops passed the other way round are not known yet.
+
+        While the body leaves something over it may lie so that none is to be seen.
+        """
+        return self.was_turned(found) and (is_in_doubt or self.over_limits(found) > 1)
 
     def over_limits(self, found: Candidate) -> float:
         """Return how many times what may be left over is."""
