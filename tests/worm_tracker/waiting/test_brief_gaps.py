@@ -267,3 +267,9 @@ def test_what_is_told_alone_tells_no_gap_beside_it():
     hidden = set(range(2, 79)) - {30, 31, 44, 45}
     told = told_all(film(hidden))
     assert all(told[k].status is Status.END_HIDDEN for k in range(30, 46))
+
+
+@pytest.mark.parametrize("status", [Status.BAD_IMAGE, Status.NO_WORM])
+def test_pictures_that_show_no_worm_hide_no_end(status):
+    frames = film(set(range(FRAMES)) - {MIDDLE}, lambda k: Observation(status))
+    assert told_all(frames)[MIDDLE].status is Status.FOLDED

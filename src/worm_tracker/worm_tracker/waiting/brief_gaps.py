@@ -11,12 +11,15 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats, Mask
 from worm_msgs_py.contract.status import Status
-from worm_tracker.midline.curve import as_complex, length_of
-from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.opening import body_of
 from worm_tracker.waiting.frame_state import PendingFrame
-from worm_tracker.waiting.lone_ends import LoneEndSettings, may_be_lone, without_lone_ends
+from worm_tracker.waiting.lone_ends import (
+    LoneEndSettings,
+    lies_folded,
+    may_be_lone,
+    without_lone_ends,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,10 +200,7 @@ def _beside(frames: Sequence[PendingFrame], at: int, reach_s: float) -> Sequence
 def _may_be_told(seen: Observation) -> bool:
     """Tell whether a body has no pose because it lies folded."""
     body = body_of(seen)
-    if body is None or seen.status.has_pose:
-        return False
-    step = length_of(body.points) / (len(body.points) - 1)
-    return lies_near_itself(as_complex(body.points), body.width, step)
+    return body is not None and not seen.status.has_pose and lies_folded(body)
 
 
 def _midway(

@@ -42,9 +42,9 @@ def without_lone_ends(
     seen = frames[at].observation
     if not _tells_ends(seen):
         return seen
-    beside = [each.observation for each in _others_about(frames, at, settings.beside_s)]
+    beside = [*_before(frames, at, settings), *_behind(frames, at, settings)]
     lone = [beside and _part_telling(beside, end) <= settings.most_part for end in (0, 1)]
-    if not any(lone) or not _is_folded(seen):
+    if not any(lone) or not lies_folded(seen):
         return seen
     count = 1 + ceil(2 * seen.width * (len(seen.points) - 1) / length_of(seen.points))
     first, last = (count if each else 0 for each in lone)
@@ -59,10 +59,10 @@ def may_be_lone(frames: Sequence[PendingFrame], at: int, settings: LoneEndSettin
     seen = frames[at].observation
     if not _tells_ends(seen):
         return False
-    before = [each.observation for each in _others_about(frames[: at + 1], at, settings.beside_s)]
+    before = _before(frames, at, settings)
     # As many may follow that tell neither.
     enough = before and min(_part_telling(before, end) for end in (0, 1)) > 2 * settings.most_part
-    return not enough and _is_folded(seen)
+    return not enough and lies_folded(seen)
 
 
 def _tells_ends(seen: Observation) -> bool:
@@ -70,20 +70,40 @@ def _tells_ends(seen: Observation) -> bool:
     return seen.has_midline and seen.status.has_pose and not any(seen.occluded)
 
 
-def _is_folded(seen: Observation) -> bool:
+def lies_folded(body: Observation) -> bool:
     """Tell whether a body lies near itself."""
-    step = length_of(seen.points) / (len(seen.points) - 1)
-    return lies_near_itself(as_complex(seen.points), seen.width, step)
+    step = length_of(body.points) / (len(body.points) - 1)
+    return lies_near_itself(as_complex(body.points), body.width, step)
 
 
-def _others_about(frames: Sequence[PendingFrame], at: int, beside_s: float) -> list[PendingFrame]:
-    """Return the frames next to one that are no farther away than that, itself left out."""
-    found = list[PendingFrame]()
-    for side in (reversed(frames[:at]), iter(frames[at + 1 :])):
-        for each in side:
-            if abs(each.stamp_ns - frames[at].stamp_ns) > beside_s * 1e9:
-                break
-            found.append(each)
+def _before(
+    frames: Sequence[PendingFrame], at: int, settings: LoneEndSettings
+) -> list[Observation]:
+    """Return what is seen of the worm in the frames soon before one."""
+    return _seen_near(frames, at, range(at - 1, -1, -1), settings)
+
+
+def _behind(
+    frames: Sequence[PendingFrame], at: int, settings: LoneEndSettings
+) -> list[Observation]:
+    """Return what is seen of the worm in the frames soon after one."""
+    return _seen_near(frames, at, range(at + 1, len(frames)), settings)
+
+
+def _seen_near(
+    frames: Sequence[PendingFrame], at: int, others: range, settings: LoneEndSettings
+) -> list[Observation]:
+    """Return what is seen of the worm in others of the frames, up to the first too far away.
+
+    A picture that shows no worm, or none that was good, hides no end.
+    """
+    found = list[Observation]()
+    for k in others:
+        if abs(frames[k].stamp_ns - frames[at].stamp_ns) > settings.beside_s * 1e9:
+            break
+        seen = frames[k].observation
+        if seen.has_midline or seen.status is Status.COILED:
+            found.append(seen)
     return found
 
 
