@@ -49,7 +49,8 @@ class PropagatedBody:
         this one. It stays, whatever is explained later, where its strands may have changed places
         meanwhile.
     was_turned : bool
-        Whether a loop that is in doubt was passed the other way round since it was known.
+        Whether a loop that is in doubt, or that is not to be seen while the body leaves something
+        over, was passed the other way round since it was known.
     order_known : bool
         Whether its widths tell that its ends are in the order of the body model.
     whole_ends : tuple of bool

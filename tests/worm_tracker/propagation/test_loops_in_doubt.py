@@ -84,6 +84,21 @@ def test_a_body_that_was_turned_round_and_passes_no_loop_is_not_in_doubt():
     assert search.loop_in_doubt(replace(candidate(path), was_exchanged=True)) is None
 
 
+@pytest.mark.parametrize(("left_over_widths2", "stays"), [(0.0, False), (9.0, True)])
+def test_a_body_that_was_turned_round_stays_so_while_it_leaves_something_over(
+    left_over_widths2, stays
+):
+    """It may lie so meanwhile that its loop is not to be seen."""
+    open_path = BodyPath(evenly(laid([(9.0, 0.0), (np.pi * 3.0, 1 / 3.0), (9.0, 0.0)], 15.0), 240))
+    search = search_after(open_path, 15.0, 1, loops_known=True)
+    turned = replace(candidate(open_path, left_over_widths2), was_exchanged=True)
+    assert search.stays_turned(turned, is_in_doubt=False) is stays
+    path = kinked_loop(2.5, 15.0)
+    search = search_after(path, 15.0, 1, loops_known=True)
+    search = replace(search, body=replace(search.body, was_turned=stays))
+    assert (search.loop_in_doubt(candidate(path)) is not None) is stays
+
+
 @pytest.mark.parametrize(("sd_widths", "is_known"), [(0.2, True), (0.6, True), (4.0, False)])
 def test_a_loop_is_not_passed_as_it_was_known_where_the_ends_may_have_changed_places(
     sd_widths, is_known

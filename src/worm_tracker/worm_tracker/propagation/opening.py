@@ -53,7 +53,8 @@ def told_of_fold(
 ) -> Observation:
     """Return what is told of a frame within a fold.
 
-    Where the body that was followed into it is the one that the later frame tells of, it is told.
+    Where the body that was followed into it is the one that the later frame tells of, it is told,
+    but for loops that neither way knows.
     Else, of a fold that was followed into with an end hidden, the surer of both midlines is kept.
     Where neither tells a midline, which end is which is carried on as the later frame has it: a
     worm that opens shows how it lay.
