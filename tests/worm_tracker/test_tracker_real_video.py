@@ -80,7 +80,8 @@ def test_a_real_coiling_worm_has_a_midline_that_covers_its_mask(first):
             if seen.all():
                 overlaps.append((mask & body).sum() / (mask | body).sum())
     overlaps = np.array(overlaps)
-    assert (overlaps > 0).mean() >= 0.9  # what a midline does not explain is told as coiled
+    # While its tail lies beside a strand two midlines cover the mask alike: `coiled`, or in parts.
+    assert (overlaps > 0).mean() >= 0.85
     assert np.median(overlaps) > 0.85
     assert (overlaps[overlaps > 0] > 0.7).all()
     assert min(on_mask) > 0.85
@@ -89,6 +90,16 @@ def test_a_real_coiling_worm_has_a_midline_that_covers_its_mask(first):
     lengths = lengths[np.isfinite(lengths)]  # not that of a body with a hidden end
     assert (np.abs(lengths / np.median(lengths) - 1) < 0.15).mean() > 0.95
     assert not [frame for frame, flagged in leaps(bodies) if not flagged]
+
+
+def test_a_real_coil_ends_where_a_person_sees_its_tips():
+    """A midline from the head's strand over to the tail covers the mask as well, and is wrong."""
+    given = tracked_bag("wormtracer", 60, 120, no_chamber=True, polarity="bright")
+    tips_by_eye = np.array([[106.0, 111.0], [141.0, 112.0]])
+    body = given[76].midline
+    ends = np.stack([body.u_px, body.v_px], axis=1)[[0, -1]]
+    ends = ends if ends[0, 0] < ends[1, 0] else ends[::-1]
+    assert np.hypot(*(ends - tips_by_eye).T).max() < 5.0
 
 
 def leaps(bodies, far_px=15.0):

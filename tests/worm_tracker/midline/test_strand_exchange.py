@@ -139,3 +139,44 @@ def test_an_end_that_lies_on_no_strand_turns_none(heading):
     path = path_through(ends_on_itself(-1.5) * np.exp(1j * heading))
     assert turned_at_end(path, WIDTH, True, SETTINGS) is None
     assert turned_at_end(path, WIDTH, False, SETTINGS) is None
+
+
+def lies_beside_itself(is_kinked):
+    """Return a body that turns back and ends beside itself; or is kinked there to do so."""
+    there, back = np.linspace(2.0, -12.0, 150), np.linspace(-12.0, -0.2, 120)
+    turn = -12.0 + 0.5j + 0.5 * np.exp(1j * np.linspace(1.5 * np.pi, 0.5 * np.pi, 20))
+    if not is_kinked:
+        return WIDTH * np.r_[there, turn[1:-1], back + 1j]
+    return WIDTH * np.r_[there[there > 0.4], there[there < -0.6] + 1j, turn[::-1][1:-1], back]
+
+
+@given(heading=HEADINGS, last_end=st.booleans())
+def test_a_loop_that_an_end_closes_is_in_doubt_where_the_body_is_kinked_beside_it(
+    heading, last_end
+):
+    turn = np.exp(1j * heading)
+    smooth, kinked = (
+        path_through((line if last_end else line[::-1]) * turn, 400)
+        for line in (lies_beside_itself(False), lies_beside_itself(True))
+    )
+    assert doubtful_loops(smooth, WIDTH, SETTINGS, -0.15, 0.85) == []
+    first, last = part_of(doubtful_loops(kinked, WIDTH, SETTINGS, -0.15, 0.85))
+    part = np.linspace(0, 1, 400)
+    told = np.abs(smooth.curve - kinked.curve)[(part < first) | (part > last)]
+    assert told.max() < 0.3 * WIDTH
+    assert (last == 1.0 and 0 < first < 0.2) if last_end else (first == 0.0 and 0.8 < last < 1)
+
+
+@given(heading=HEADINGS, over_widths=st.floats(-0.5, 0.5), last_end=st.booleans())
+def test_however_it_bends_a_loop_that_an_end_closes_is_one_that_may_have_been_turned(
+    heading, over_widths, last_end
+):
+    line = ends_on_itself(over_widths) * np.exp(1j * heading)
+    path = path_through(line if last_end else line[::-1])
+    turned = turned_at_end(path, WIDTH, last_end, SETTINGS)
+    assert doubtful_loops(path, WIDTH, SETTINGS) == []
+    first, last = part_of(doubtful_loops(path, WIDTH, SETTINGS, -25.0))
+    part = np.linspace(0, 1, len(path.curve))
+    alike = np.abs(path.curve - turned.curve)[(part < first) | (part > last)]
+    assert alike.max() < 0.5 * WIDTH
+    assert (last == 1.0) if last_end else (first == 0.0)

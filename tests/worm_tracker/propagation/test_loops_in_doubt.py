@@ -194,7 +194,10 @@ def test_what_lies_outside_a_loop_in_doubt_is_told(end_sd_widths, status):
     [
         pytest.param(None, True, id="no loop in doubt"),
         pytest.param((0.3, 0.8), True, id="a loop between ends that are told"),
-        pytest.param((0.02, 0.7), False, id="a loop that takes in an end"),
+        pytest.param((0.02, 0.7), False, id="a loop near an end"),
+        pytest.param((0.0, 0.7), True, id="a loop that an end closes"),
+        pytest.param((0.3, 1.0), True, id="a loop that the last end closes"),
+        pytest.param((0.0, 1.0), False, id="loops that both ends close"),
         pytest.param((0.01, 0.99), False, id="nearly all of the body"),
     ],
 )

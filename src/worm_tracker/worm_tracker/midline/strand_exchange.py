@@ -6,6 +6,7 @@ get past each other, it is the other way, and what lies between them is passed t
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from scipy.ndimage import minimum_filter
@@ -32,6 +33,9 @@ class StrandExchangeSettings:
     """How far from a strand an end may be that lies on it."""
     least_gain_rad2: float = 0.2
     """Sum of the squared turns that the other way must have less in a frame."""
+    least_gain_at_end_rad2: float = 0.35
+    """How much straighter than asked of others a loop must be the other way that an end closes:
+    an end that lies on a strand hardly shows how it bends."""
     least_gain_in_all_rad2: float = 1.0
     kept_gain: float = 0.8
     """Sum of that over the last frames from which on it is believed, and what is kept of it in a
@@ -92,7 +96,8 @@ def doubtful_loops(
 ) -> list[DoubtfulLoop]:
     """Return the loops that are straighter if passed the other way round.
 
-    The picture shows the same then, but a part of the body lies elsewhere.
+    The picture shows the same then, but a part of the body lies elsewhere. A loop may lie between
+    two strands that meet, or between an end and the strand that it lies on.
 
     Parameters
     ----------
@@ -105,16 +110,12 @@ def doubtful_loops(
     least_breadth_widths : float
         Breadth of the loops that are left out.
     """
-    loops = []
-    last_node = len(path.curve) - 1
-    joint = _joint(width, path.step, settings)
-    for i, j, gain, _ in _other_ways(path.curve, width, path.step, settings):
-        loop = path.curve[i : j + 1]
-        breadth = float(np.abs(loop - loop[::-1]).max())
-        if gain > least_gain_rad2 and breadth > least_breadth_widths * width:
-            first, last = (i - joint) / last_node, (j + joint) / last_node
-            loops.append(DoubtfulLoop(first, last, breadth))
-    return loops
+    found = _loops_between_strands(path, width, settings), _loops_at_ends(path, width, settings)
+    return [
+        loop
+        for gain, loop in chain(*found)
+        if gain > least_gain_rad2 and loop.breadth_px > least_breadth_widths * width
+    ]
 
 
 def part_of(loops: list[DoubtfulLoop]) -> tuple[float, float] | None:
@@ -146,26 +147,78 @@ def turned_at_end(
         None where the end lies on no strand.
     """
     curve = path.curve if last_end else path.curve[::-1]
-    apart = round(settings.least_apart_along_widths * width / path.step)
-    joint = _joint(width, path.step, settings)
+    met = _met_by_end(curve, width, path.step, settings)
+    if met is None:
+        return None
+    line = _passed_other_way(curve, met, _joint(width, path.step, settings))
+    return BodyPath(line if last_end else line[::-1])
+
+
+def _met_by_end(
+    curve: Complex, width: float, step: float, settings: StrandExchangeSettings
+) -> int | None:
+    """Return the node of a strand that a curve's last end lies on; None where it lies on none."""
+    apart = round(settings.least_apart_along_widths * width / step)
     strand = curve[: max(len(curve) - apart, 0)]
     if not len(strand):
         return None
     away = np.abs(strand - curve[-1])
     i = int(away.argmin())
-    if away[i] > settings.most_end_apart_widths * width or i < joint + 2:
+    if away[i] > settings.most_end_apart_widths * width or i < _joint(width, step, settings) + 2:
         return None
-    line = evenly(np.concatenate([curve[: i - joint], curve[i + joint :][::-1]]), len(curve))
-    return BodyPath(line if last_end else line[::-1])
+    return i
+
+
+def _passed_other_way(curve: Complex, i: int, joint: int) -> Complex:
+    """Return a curve that ends where it met its end, what lies between passed the other way."""
+    return evenly(np.concatenate([curve[: i - joint], curve[i + joint :][::-1]]), len(curve))
+
+
+def _loops_between_strands(
+    path: BodyPath, width: float, settings: StrandExchangeSettings
+) -> Iterator[tuple[float, DoubtfulLoop]]:
+    """Yield each loop between two strands that meet, and how much straighter it is."""
+    last, joint = len(path.curve) - 1, _joint(width, path.step, settings)
+    for i, j, gain, _ in _other_ways(path.curve, width, path.step, settings):
+        breadth = _breadth(path.curve[i : j + 1])
+        yield gain, DoubtfulLoop((i - joint) / last, (j + joint) / last, breadth)
+
+
+def _loops_at_ends(
+    path: BodyPath, width: float, settings: StrandExchangeSettings
+) -> Iterator[tuple[float, DoubtfulLoop]]:
+    """Yield each loop between an end and the strand under it, and how much straighter it is.
+
+    Less what an end must tell more.
+    """
+    last, joint = len(path.curve) - 1, _joint(width, path.step, settings)
+    window, reach = _window(width, path.step, settings), _turn_stretch(width, path.step, settings)
+    for last_end in (False, True):
+        curve = path.curve if last_end else path.curve[::-1]
+        i = _met_by_end(curve, width, path.step, settings)
+        if i is None:
+            continue
+        before, after = (
+            _turn2(line, reach) for line in (curve, _passed_other_way(curve, i, joint))
+        )
+        gain = _near(before, i, last, window) - _near(after, i, last, window)
+        gain -= settings.least_gain_at_end_rad2
+        beyond = (i - joint) / last
+        part = (beyond, 1.0) if last_end else (0.0, 1 - beyond)
+        yield gain, DoubtfulLoop(*part, _breadth(curve[i:]))
+
+
+def _breadth(loop: Complex) -> float:
+    """Return how far a part of a loop lies elsewhere if it is passed the other way."""
+    return float(np.abs(loop - loop[::-1]).max())
 
 
 def _other_ways(
     curve: Complex, width: float, step: float, settings: StrandExchangeSettings
 ) -> Iterator[tuple[int, int, float, Complex]]:
     """Yield each exchange: its two nodes, how much straighter it is (rad²), and the curve."""
-    window = round(settings.window_widths * width / step)
     joint = _joint(width, step, settings)
-    reach = max(2, round(settings.direction_stretch_widths * width / step))
+    window, reach = _window(width, step, settings), _turn_stretch(width, step, settings)
     turn2: Floats | None = None
     for i, j in meetings(curve, width, step, settings):
         if i < joint or j >= len(curve) - joint or j - i <= 2 * joint:
@@ -179,6 +232,16 @@ def _other_ways(
 def _joint(width: float, step: float, settings: StrandExchangeSettings) -> int:
     """Return how many nodes to either side of a meeting are laid anew."""
     return max(2, round(settings.joint_widths * width / step))
+
+
+def _window(width: float, step: float, settings: StrandExchangeSettings) -> int:
+    """Return how many nodes to either side of a meeting are compared."""
+    return round(settings.window_widths * width / step)
+
+
+def _turn_stretch(width: float, step: float, settings: StrandExchangeSettings) -> int:
+    """Return how many nodes the stretches are long between which a strand's turn is taken."""
+    return max(2, round(settings.direction_stretch_widths * width / step))
 
 
 def meetings(

@@ -121,11 +121,14 @@ def observation_of(
 
 
 def _ends_told(body: PropagatedBody, settings: PropagationSettings) -> bool:
-    """Tell whether enough of either end lies in no loop in doubt for the widths to tell."""
+    """Tell whether enough of either end lies in no loop in doubt for the widths to tell.
+
+    An end on a strand lies about where it was said to be, whichever way its loop is passed.
+    """
     if body.loop_in_doubt is None:
         return True
-    first, last = body.loop_in_doubt
-    return min(first, 1 - last) > settings.least_told_at_ends
+    beside = [part for part in (body.loop_in_doubt[0], 1 - body.loop_in_doubt[1]) if part > 0]
+    return bool(beside) and min(beside) > settings.least_told_at_ends
 
 
 def _points_of(part: tuple[float, float] | None, count: int) -> tuple[int, int]:
