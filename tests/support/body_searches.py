@@ -3,7 +3,7 @@
 import numpy as np
 
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
-from worm_tracker.midline.body_residual import ObjectMasks, Unexplained
+from worm_tracker.midline.body_residual import BodyResidualSettings, ObjectMasks, Unexplained
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
@@ -43,6 +43,6 @@ def search_after(path, width, frames, loops_known, end_sd_px=(0.0, 0.0)):
 
 def candidate(path, left_over_widths2=0.0):
     nothing = np.zeros((9, 9), np.uint8)
-    return Candidate(
-        path, 0.95, Unexplained(left_over_widths2, 0.0, 0.0, 0.95, nothing, nothing, nothing)
-    )
+    seen = ObjectMasks(nothing, None, 15.0, BodyResidualSettings())
+    left_over = Unexplained(left_over_widths2, 0.0, 0.0, 0.95, nothing, nothing, seen)
+    return Candidate(path, 0.95, left_over)

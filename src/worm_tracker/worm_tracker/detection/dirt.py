@@ -57,7 +57,15 @@ def specks(dirt: Picture, most_px2: float) -> Picture | None:
     A hair, or a bubble's rim, may hang on to the worm for much of its length, and is no excuse for
     all that a body leaves over there.
     """
-    count, pieces, stats, _ = cv2.connectedComponentsWithStats(dirt, connectivity=8)
+    u, v, w, h = cv2.boundingRect(dirt)
+    if not w:
+        return None
+    box = slice(v, v + h), slice(u, u + w)
+    count, pieces, stats, _ = cv2.connectedComponentsWithStats(dirt[box], connectivity=8)
     small = np.zeros(count, np.uint8)
     small[1:] = np.where(stats[1:, cv2.CC_STAT_AREA] <= most_px2, 255, 0)
-    return small[pieces] if small.any() else None
+    if not small.any():
+        return None
+    found = np.zeros_like(dirt)
+    found[box] = small[pieces]
+    return found

@@ -121,7 +121,7 @@ class ObjectMasks:
         return np.asarray(mask, np.uint8)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Unexplained:
     """What does not agree, the largest connected piece of each kind, in squared widths.
 
@@ -135,22 +135,33 @@ class Unexplained:
         Dark places under one strand, or two strands on each other in places that are not dark.
     agreement : float
         Intersection over union of body and object.
-    near : ndarray of uint8, shape (h, w)
-        What of the object is near the body.
     wanted : ndarray of uint8, shape (h, w)
         Not zero where a part of the body is missing: objects left over, dark places under one
         strand.
-    beside : ndarray of uint8, shape (h, w)
-        Not zero where the object lies beside the body, by more than a pixel.
+    body : ndarray of uint8, shape (h, w)
+        Where the body is; 0 or 255.
+    seen : ObjectMasks
     """
 
     left_over: float
     in_water: float
     overlap: float
     agreement: float
-    near: Picture
     wanted: Picture
-    beside: Picture
+    body: Picture
+    seen: ObjectMasks
+
+    @cached_property
+    def near(self) -> Picture:
+        """What of the object is near the body; not zero there."""
+        near = cv2.bitwise_and(self.seen.mask, _grown(self.body, self.seen.rim))
+        return np.asarray(near, np.uint8)
+
+    @cached_property
+    def beside(self) -> Picture:
+        """Where the object lies beside the body, by more than a pixel; not zero there."""
+        beyond = cv2.bitwise_not(_grown(self.body, 1.0))
+        return self.seen.beside_dirt(cv2.bitwise_and(self.seen.mask, beyond))
 
     @property
     def total(self) -> float:
@@ -212,8 +223,7 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
     mask, dark, rim = seen.mask, seen.dark, seen.rim
     drawing = seen.settings.drawing
     body, twice, layered = drawn_strands(mask.shape, points, widths, seen.width, drawing)
-    near = _grown(body, rim)
-    left_over = seen.beside_dirt(cv2.bitwise_and(mask, cv2.bitwise_not(near)))
+    left_over = seen.beside_dirt(cv2.bitwise_and(mask, cv2.bitwise_not(_grown(body, rim))))
     wanted: Image = left_over
     in_water = cv2.bitwise_and(body, seen.beyond)
     overlap = 0.0
@@ -235,9 +245,9 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
         _largest_area(_without_specks(in_water)) * scale,
         overlap * scale,
         cv2.countNonZero(mask & body) / max(cv2.countNonZero(mask | body), 1),
-        np.asarray(cv2.bitwise_and(mask, near), np.uint8),
         np.asarray(wanted, np.uint8),
-        seen.beside_dirt(cv2.bitwise_and(mask, cv2.bitwise_not(_grown(body, 1.0)))),
+        body,
+        seen,
     )
 
 

@@ -6,12 +6,15 @@ A place is darker than one layer, or paler than two, only against that.
 """
 
 from dataclasses import dataclass
+from math import ceil
 
 import cv2
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.cross_sections import interpolate
 from worm_tracker.midline.curve import as_complex, median_of, tangents
 
@@ -158,10 +161,23 @@ def _at_nodes(mean: Floats, n: int) -> Floats:
 
 def _other_part(line: Complex, step: float, least_px: float) -> NDArray[np.intp]:
     """Return for each node the nearest one that is not of the same part of the body."""
-    away = np.abs(line[:, None] - line)
-    along = np.abs(np.arange(len(line))[:, None] - np.arange(len(line)))
-    away[along * step < least_px] = np.inf
-    return np.asarray(away.argmin(axis=1), np.intp)
+    nearest = np.zeros(len(line), np.intp)
+    _find_other_part(line, max(ceil(least_px / step), 0), nearest)
+    return nearest
+
+
+@compiled_for(array_read(types.complex128), types.intp, array_written(types.intp))
+def _find_other_part(line: Complex, apart: int, nearest: NDArray[np.intp]) -> None:
+    """Fill in for each node the nearest one that is so many nodes from it."""
+    for k in range(len(line)):
+        least = np.inf
+        for m in range(len(line)):
+            if abs(k - m) < apart:
+                continue
+            du, dv = line[k].real - line[m].real, line[k].imag - line[m].imag
+            if du * du + dv * dv < least:
+                least = du * du + dv * dv
+                nearest[k] = m
 
 
 def _largest(cells: Mask) -> float:

@@ -7,11 +7,14 @@ get past each other, it is the other way, and what lies between them is passed t
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
+from math import ceil
 
 import numpy as np
-from scipy.ndimage import minimum_filter
+from numba import types
+from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex, Floats
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.path import BodyPath, evenly
 
 
@@ -258,13 +261,33 @@ def meetings(
     settings : StrandExchangeSettings
     """
     stride = 2
-    coarse = curve[::stride]
-    apart = np.abs(coarse[:, None] - coarse)
-    along = np.abs(np.arange(len(coarse))[:, None] - np.arange(len(coarse))) * stride * step
-    apart[along < settings.least_apart_along_widths * width] = np.inf
-    near = (apart == minimum_filter(apart, 5)) & (apart < settings.most_apart_widths * width)
-    first, last = np.nonzero(np.triu(near))
-    return [(stride * i, stride * j) for i, j in zip(first.tolist(), last.tolist(), strict=True)]
+    apart = ceil(settings.least_apart_along_widths * width / (stride * step))
+    most_px = settings.most_apart_widths * width
+    pairs = np.empty((len(curve), 2), np.intp)
+    count = _nearest_pairs(curve[::stride], max(apart, 1), most_px, pairs)
+    return [(stride * i, stride * j) for i, j in pairs[:count].tolist()]
+
+
+@compiled_for(array_read(types.complex128), types.intp, types.float64, array_written(types.intp, 2))
+def _nearest_pairs(curve: Complex, apart: int, most: float, pairs: NDArray[np.intp]) -> int:
+    """Fill in the pairs of nodes nearer than `most`, and than all pairs within two nodes of them.
+
+    Only those count that are `apart` nodes from each other; how many there are is returned.
+    """
+    count, n = 0, len(curve)
+    for i in range(n):
+        for j in range(i + apart, n):
+            distance = abs(curve[i] - curve[j])
+            if distance >= most:
+                continue
+            is_nearest = True
+            for k in range(max(i - 2, 0), min(i + 3, n)):
+                for m in range(max(j - 2, k + apart), min(j + 3, n)):
+                    is_nearest &= abs(curve[k] - curve[m]) >= distance
+            if is_nearest and count < len(pairs):
+                pairs[count, 0], pairs[count, 1] = i, j
+                count += 1
+    return count
 
 
 def _turn2(curve: Complex, reach: int) -> Floats:
