@@ -213,3 +213,21 @@ def test_ends_stay_where_they_are_seen_though_a_loop_between_them_is_passed_the_
         assert np.array_equal(link.observation.points[0], first.points[0])
     else:
         assert link.reliability <= LinkSettings().leap_reliability  # one of the two is wrong
+
+
+@pytest.mark.parametrize(
+    ("status", "counts"),
+    [
+        pytest.param(Status.TRACKED, True, id="open, as a way back through a fold found it"),
+        pytest.param(Status.FOLDED, False, id="on itself: it hides how its parts move"),
+        pytest.param(Status.LOOP_IN_DOUBT, False, id="a loop of it may be passed otherwise"),
+    ],
+)
+def test_a_body_that_was_slid_tells_its_motion_where_it_is_open(status, counts):
+    chain = Chain(WormTrack(), LinkSettings())
+    line = np.stack([np.linspace(0.0, -LENGTH, POINTS), np.zeros(POINTS)], axis=1)
+    chain.push(replace(folded(line), status=status))
+    motion = chain.push(replace(folded(line + np.array([4.0, 0.0])), status=status)).motion
+    assert (motion is not None) is counts
+    if counts:
+        assert motion.forward_lengths == pytest.approx(4.0 / LENGTH, rel=1e-6)

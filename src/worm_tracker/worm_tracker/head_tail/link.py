@@ -6,6 +6,7 @@ from math import exp
 import numpy as np
 
 from worm_msgs_py.arrays import Floats
+from worm_msgs_py.contract.status import Status
 from worm_tracker.head_tail.certainty import both_say, certainty_before_link
 from worm_tracker.midline.body_model import BodyModelSettings
 from worm_tracker.midline.curve import (
@@ -269,8 +270,9 @@ class Chain:
         self._order = self._order.then(observation, is_reversed, reliability, told)
         observation = observation.reversed() if is_reversed else observation
         motion = self._motion(observation.points, last)
-        if any(observation.end_sd_px) or way_was_wrong:
-            motion = None  # a body that lies on itself hides how its parts move
+        lies_on_itself = any(observation.end_sd_px) and observation.status is not Status.TRACKED
+        if lies_on_itself or way_was_wrong:
+            motion = None  # it hides how its parts move
         poor = observation.confidence < self._settings.least_confidence
         self._frames_unsure = self._frames_unsure + self._gap if poor else 0
         self._gap = 1
