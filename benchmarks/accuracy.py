@@ -7,7 +7,7 @@ tapers to a tenth of the width.
 `python -m benchmarks.accuracy SCENE…` measures only these.
 """
 
-import sys
+import argparse
 from collections.abc import Iterator
 from dataclasses import asdict
 from math import degrees
@@ -129,15 +129,22 @@ def cells(evaluation: Evaluation, width: float, length: float) -> list[str]:
     return [*texts, f"{width:.3f}", f"{length:.3f}"]
 
 
-def main(scenes: list[str] | None = None) -> None:
-    """Print a row for each scene."""
+def main(arguments: list[str] | None = None) -> None:
+    """Print a row for each scene; of the program's own arguments, those that are named there."""
+    known = [*SCENES, *LOOKS]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help=", ".join(known))
+    scenes = parser.parse_args(arguments).scenes
+    for scene in scenes:
+        if scene not in known:
+            parser.error(f"no scene {scene!r}: there are {', '.join(known)}")
     take = Take()
     table = Table("scene", title=f"{take.frames} frames a scene, {take.px_per_mm:g} px/mm")
     for heading, *_ in FIGURES:
         table.add_column(heading, justify="right", no_wrap=True)
     table.add_column("width", justify="right")
     table.add_column("length", justify="right")
-    for scene in track(scenes or [*SCENES, *LOOKS], "tracking the scenes"):
+    for scene in track(scenes or known, "tracking the scenes"):
         try:
             table.add_row(scene, *cells(*measured(scene, take)))
         except TrackerError as error:
@@ -149,4 +156,4 @@ def main(scenes: list[str] | None = None) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()
