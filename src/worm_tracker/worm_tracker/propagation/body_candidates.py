@@ -268,10 +268,12 @@ class CandidateSearch:
         )
 
     def best(
-        self, slid: Candidate | None, start: Floats, contour_body: RefinedMidline | None
+        self, slid: Candidate | None, starts: list[Floats], contour_body: RefinedMidline | None
     ) -> Candidate:
-        """Return the best of all that can be tried; a body is fitted from a start if none slid."""
-        best = self.fitted(start if slid is None else slid.path.points)
+        """Return the best of all that can be tried, fits from some starts among them."""
+        starts = starts if slid is None else [*starts, slid.path.points]
+        fitted = [self.fitted(start) for start in starts]
+        best = max(fitted, key=self.score)
         sharper = self.slid(best.path)
         least = best.agreement - self.settings.most_agreement_lost_resliding
         if sharper is not None and sharper.agreement >= least:

@@ -71,10 +71,10 @@ def propagate(
         followed = contour_body is None and (bearable or not is_due(scene))
         if followed or (slid.agreement >= enough and over <= 1):
             return replace(scene.in_picture(slid), was_slid=scene.keeps_ends(slid))
-    start = scene.last.points
+    starts = [scene.last.points]
     if before is not None:
-        start = 2 * last.points - before - as_points(np.array([scene.origin]))
-    return scene.in_picture(scene.best(slid, start, contour_body))
+        starts.append(2 * last.points - before - as_points(np.array([scene.origin])))
+    return scene.in_picture(scene.best(slid, starts, contour_body))
 
 
 def coiled(detection: Detection, followed: Observation | None = None) -> Observation:
