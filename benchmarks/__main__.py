@@ -8,4 +8,4 @@ if __name__ == "__main__":
     analysis.main()
     boundary_walk.main()
     forecast.main()
-    accuracy.main()
+    accuracy.main([])

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.ndimage import minimum_filter
 
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import (
     StrandExchangeSettings,
     doubtful_loops,
     exchanged_strands,
+    meetings,
     part_of,
     turned_at_end,
 )
@@ -40,6 +42,26 @@ def loop(heading, radius_widths=2.5, tail_widths=6.0):
 def worst(a, b):
     """Return how far apart two curves are at most, along both alike, in widths."""
     return np.abs(evenly(a, 200) - evenly(b, 200)).max() / WIDTH
+
+
+@given(
+    waves=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(0.3, 4.0)), min_size=1, max_size=4),
+    nodes=st.integers(30, 260),
+    most_apart_widths=st.sampled_from([0.6, 1.0]),
+)
+def test_strands_meet_where_their_distance_is_least_about(waves, nodes, most_apart_widths):
+    """By SciPy's filter over the distances of all nodes."""
+    settings = StrandExchangeSettings(most_apart_widths=most_apart_widths)
+    s = np.linspace(0.0, 1.0, nodes)
+    heading = 2 * np.pi * sum(size * np.sin(2 * np.pi * turns * s) for size, turns in waves)
+    curve = np.cumsum(np.exp(1j * heading)) * 30 * WIDTH / nodes
+    step = 30 * WIDTH / nodes
+    node = np.arange(len(curve[::2]))
+    apart = np.abs(curve[::2, None] - curve[::2])
+    apart[2 * np.abs(node[:, None] - node) * step < 2.5 * WIDTH] = np.inf
+    near = (apart == minimum_filter(apart, 5)) & (apart < most_apart_widths * WIDTH)
+    meet = [(2 * i, 2 * j) for i, j in np.argwhere(np.triu(near)).tolist()]
+    assert meetings(curve, WIDTH, step, settings) == meet
 
 
 @given(heading=HEADINGS)

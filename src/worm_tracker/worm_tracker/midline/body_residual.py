@@ -141,6 +141,7 @@ class Unexplained:
     body : ndarray of uint8, shape (h, w)
         Where the body is; 0 or 255.
     seen : ObjectMasks
+        The object.
     """
 
     left_over: float

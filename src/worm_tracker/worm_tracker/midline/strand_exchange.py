@@ -261,10 +261,10 @@ def meetings(
     settings : StrandExchangeSettings
     """
     stride = 2
-    apart = ceil(settings.least_apart_along_widths * width / (stride * step))
-    most_px = settings.most_apart_widths * width
-    pairs = np.empty((len(curve), 2), np.intp)
-    count = _nearest_pairs(curve[::stride], max(apart, 1), most_px, pairs)
+    coarse = curve[::stride]
+    apart = max(ceil(settings.least_apart_along_widths * width / (stride * step)), 1)
+    pairs = np.empty((len(coarse) * (len(coarse) - 1) // 2, 2), np.intp)
+    count = _nearest_pairs(coarse, apart, settings.most_apart_widths * width, pairs)
     return [(stride * i, stride * j) for i, j in pairs[:count].tolist()]
 
 
@@ -284,7 +284,7 @@ def _nearest_pairs(curve: Complex, apart: int, most: float, pairs: NDArray[np.in
             for k in range(max(i - 2, 0), min(i + 3, n)):
                 for m in range(max(j - 2, k + apart), min(j + 3, n)):
                     is_nearest &= abs(curve[k] - curve[m]) >= distance
-            if is_nearest and count < len(pairs):
+            if is_nearest:
                 pairs[count, 0], pairs[count, 1] = i, j
                 count += 1
     return count
