@@ -8,7 +8,7 @@ from enum import StrEnum
 import cv2
 import numpy as np
 
-from worm_msgs_py.arrays import Floats32, Picture
+from worm_msgs_py.arrays import Floats, Floats32, Picture
 from worm_msgs_py.contract.status import Status
 from worm_tracker.calibration.circle_fit import CircleFitSettings, FittedCircle, find_circles
 from worm_tracker.detection.blobs import (
@@ -48,6 +48,9 @@ class FailureAdviceSettings:
     ground_over_side: float = 0.1
     """Side of the median that shows the ground alone, over the picture's: a worm is less than half
     as wide."""
+    ground_stride: int = 4
+    least_ground_side: int = 5
+    """The ground is sought in a picture so many times smaller, by a median at least as wide."""
     darkest_grey: int = 16
     """A picture that is nowhere brighter is black to a person too."""
     most_white: float = 0.15
@@ -155,8 +158,8 @@ class FailureAdvice:
         shrink = settings.longest_side_px / max(picture.shape)
         if shrink < 1:
             picture = _reduced(picture, shrink)
-            arena = None if arena is None else _reduced(arena, shrink)
-        if arena is not None:  # a pixel's width of wall is in it
+            arena = None if arena is None else _reduced(arena, shrink, cv2.INTER_NEAREST)
+        if arena is not None:  # a pixel's width of wall may be in it
             arena = np.asarray(cv2.erode(arena, np.ones((5, 5), np.uint8)), np.uint8)
             if not arena.any():
                 return None
@@ -277,11 +280,10 @@ class _StandsOut:
         cls, picture: Picture, arena: Picture | None, settings: FailureAdviceSettings
     ) -> "_StandsOut":
         """Look at a picture."""
-        side = 2 * (round(settings.ground_over_side * max(picture.shape)) // 2) + 1
         if arena is not None:  # the walls are no ground, or a passage would stand out from them
-            water = round(float(np.median(picture[arena > 0])))
+            water = round(float(np.median(_some_of(picture, arena))))
             picture = np.where(arena > 0, picture, np.uint8(water))
-        ground = cv2.medianBlur(picture, max(side, 15)).astype(np.float32)
+        ground = _ground(picture, settings)
         signal = ground - cv2.GaussianBlur(picture, (3, 3), 0)
         least = settings.least_signal_grey
         dark, bright = (_objects(sign * signal, arena, least, settings) for sign in (1.0, -1.0))
@@ -316,8 +318,7 @@ def _objects(
     signal: Floats32, arena: Picture | None, least: float, settings: FailureAdviceSettings
 ) -> list[Blob]:
     """Return what stands out, the largest first."""
-    inside = signal if arena is None else signal[arena > 0]
-    noise = noise_sd(np.rint(16 * inside).astype(np.int16)) / 16
+    noise = noise_sd(np.rint(16 * _some_of(signal, arena)).astype(np.int16)) / 16
     above = signal > max(settings.signal_over_noise * noise, least)
     if arena is not None:
         above &= arena > 0
@@ -336,6 +337,22 @@ def _long_blobs(blobs: list[Blob], settings: FailureAdviceSettings) -> list[Blob
     return found
 
 
-def _reduced(picture: Picture, scale: float) -> Picture:
-    reduced = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+def _ground(picture: Picture, settings: FailureAdviceSettings) -> Floats32:
+    """Return the picture without what is narrow in it: coarsely, as a ground is smooth."""
+    coarse = _reduced(picture, 1 / settings.ground_stride)
+    side = 2 * (round(settings.ground_over_side * max(coarse.shape)) // 2) + 1
+    ground = cv2.medianBlur(coarse, max(side, settings.least_ground_side))
+    whole = cv2.resize(ground.astype(np.float32), picture.shape[::-1])
+    return np.asarray(whole, np.float32)
+
+
+def _some_of(picture: Picture | Floats32, arena: Picture | None, stride: int = 3) -> Floats:
+    """Return enough of a picture's pixels, within the arena, for a median."""
+    some = picture[::stride, ::stride]
+    inside = some if arena is None else some[arena[::stride, ::stride] > 0]
+    return np.asarray(inside if inside.size else some, np.float64)
+
+
+def _reduced(picture: Picture, scale: float, by: int = cv2.INTER_AREA) -> Picture:
+    reduced = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=by)
     return np.asarray(reduced, np.uint8)
