@@ -6,6 +6,9 @@ that are drawn by other means; and worms of other motions, drawn in a third way.
 A frame is *right* where it has a pose, its head is within one width, no part of the midline is more
 than a width off the true one (Fréchet distance: in order along both), and the head's certainty is
 at least 0.9. It is an *unmarked error* where a head is given with that certainty and is not right.
+In a folded frame the *head is right* where it is given with that certainty and lies within a width.
+An *end under the body* is one that lies there by a width of its length or more
+(`hidden_ends.py`): of one shade, nothing shows where.
 """
 
 import argparse
@@ -33,6 +36,7 @@ from benchmarks.fold_films import (
     fold_film,
 )
 from benchmarks.fold_overlays import write_contact_sheet
+from benchmarks.hidden_ends import hides_end
 from worm_msgs_py import TrackedFrame
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES, TrackerParameters
@@ -50,6 +54,9 @@ HEADINGS = (  # heading, figure, digits
     ("open right %", "open_right", 2),
     ("folded right %", "folded_right", 1),
     ("by arc %", "folded_right_by_arc", 1),
+    ("head right %", "folded_head_right", 1),
+    ("end under body %", "end_under_body", 1),
+    ("right of others %", "folded_right_of_others", 1),
     ("unmarked % of folded", "folded_unmarked", 2),
     ("of all", "unmarked", 2),
     ("head px open", "head_px_open", 2),
@@ -236,6 +243,9 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
     told = np.array([each is not None for each in said]) & right
     agreed = np.array([bool(each) for each in said]) == film.contact[: len(scores)]
     spent = np.array(ms)
+    truth = film.midline_px, film.half_width_px
+    hidden = np.array([hides_end(*each, film.width_px) for each in zip(*truth, strict=True)])
+    hidden = hidden[: len(scores)]
     return {
         "worm": film.worm,
         "look": film.look,
@@ -244,6 +254,9 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
         "open_right": _percent(right[~folded]),
         "folded_right": _percent(right[folded]),
         "folded_right_by_arc": _percent((right & (table["by_arc_px"] <= film.width_px))[folded]),
+        "folded_head_right": _percent((given & certain & near)[folded]),
+        "end_under_body": _percent(hidden[folded]),
+        "folded_right_of_others": _percent(right[folded & ~hidden]),
         "folded_unmarked": _percent(unmarked[folded]),
         "unmarked": _percent(unmarked),
         "head_px_open": _median(table["head_px"][right & ~folded]),
@@ -308,7 +321,7 @@ def show(results: list[dict[str, Any]], old: dict[str, dict[str, Any]]) -> None:
         table.add_row(name, *_cells(each))
         if name in old:
             table.add_row("  before", *_cells(old[name]), style="dim")
-    console = Console(width=230)
+    console = Console(width=270)
     console.print(table)
     for each in results:
         console.print(f"{each['worm']} {each['look']}: {each['statuses']}")
