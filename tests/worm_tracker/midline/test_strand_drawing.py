@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
 from worm_tracker.midline.curve import as_points
-from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
+from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_body, drawn_strands
 
 SETTINGS = StrandDrawingSettings()
 SHAPE = (120, 160)
@@ -76,3 +76,13 @@ def test_a_body_of_a_thousand_widths_is_drawn_whole():
     ]
     body, *_ = drawn(np.concatenate(legs), 2.0, (220, 400))
     assert body[np.rint(rows).astype(int)][:, 8:392].all()
+
+
+@given(seed=st.integers(0, 2**32 - 1), width=st.floats(3.0, 20.0))
+@settings(max_examples=60)
+def test_a_body_covers_the_same_in_one_piece_as_in_strands(seed, width):
+    rng = np.random.default_rng(seed)
+    line = 80 + 60j + np.cumsum(1.5 * np.exp(1j * np.cumsum(rng.normal(0.0, 0.2, 120))))
+    widths = width * rng.uniform(0.2, 1.0, len(line))
+    strands, *_ = drawn_strands(SHAPE, as_points(line), widths, width, SETTINGS)
+    np.testing.assert_array_equal(drawn_body(SHAPE, line, widths, SETTINGS), strands)

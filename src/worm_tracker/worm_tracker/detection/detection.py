@@ -19,6 +19,7 @@ from worm_tracker.detection.blobs import (
     window_origin,
 )
 from worm_tracker.midline.body_model import BodyModel
+from worm_tracker.midline.mask_centroid import mask_centroid
 
 _RIM_PX = 2
 """What belongs to the edge of an object: its blur."""
@@ -196,9 +197,7 @@ class Detection:
 
     def centroid(self) -> tuple[float, float]:
         """Return the centroid (u, v) of the object's pixels, in the picture."""
-        moments = cv2.moments(self.object_pixels(), binaryImage=True)
-        area = max(moments["m00"], 1.0)
-        u, v = moments["m10"] / area, moments["m01"] / area
+        u, v = mask_centroid(self.object_pixels())
         return u + self.view.origin[0], v + self.view.origin[1]
 
     def thickness(self) -> float:

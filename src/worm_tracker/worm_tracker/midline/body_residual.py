@@ -22,6 +22,7 @@ from worm_tracker.midline.body_shade import (
     ShadedObject,
     misjudged_layers,
 )
+from worm_tracker.midline.mask_centroid import mask_centroid
 from worm_tracker.midline.path import sharp_turns
 from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
 
@@ -171,9 +172,7 @@ class Unexplained:
 
     def centroid(self) -> complex:
         """Return that of what of the object is near the body, u + iv in the masks' coordinates."""
-        near = cv2.moments(self.near, binaryImage=True)
-        pixels = max(near["m00"], 1.0)
-        return complex(near["m10"] / pixels, near["m01"] / pixels)
+        return complex(*mask_centroid(self.near))
 
     def over_limits(self, width: float, settings: BodyResidualSettings) -> float:
         """Return how many times what may be left over is, for a body of some width in pixels."""

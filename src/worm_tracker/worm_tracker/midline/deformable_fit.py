@@ -123,12 +123,31 @@ class _Series:
     def derivative(self) -> Floats:
         """Return how each point moves with each value, shape (fine points, 2, values)."""
         d, across = self.segments()
-        basis = _BASIS[:, None, : len(self.values) - 3]
-        moves = np.concatenate([d[:, :, None], across[:, :, None] * basis], axis=2)
-        moves = np.concatenate([np.zeros((1, *moves.shape[1:])), np.cumsum(moves, axis=0)])
-        moves -= moves.mean(0)
-        shift = np.broadcast_to(np.eye(2), (_FINE_POINTS, 2, 2))
-        return np.concatenate([shift, moves], axis=2)
+        moves = np.zeros((_FINE_POINTS, 2, len(self.values)))
+        moves[:, [0, 1], [0, 1]] = 1.0
+        _fill_moves(d, across, _BASIS, moves)
+        return moves
+
+
+@compiled_for(
+    array_read(types.float64, 2),
+    array_read(types.float64, 2),
+    array_read(types.float64, 2),
+    array_written(types.float64, 3),
+)
+def _fill_moves(segments: Floats, across: Floats, basis: Floats, moves: Floats) -> None:
+    """Fill in how points move with the stretch and each term; the curve's middle stays."""
+    nodes, _, values = moves.shape
+    for axis in range(2):
+        for value in range(2, values):
+            total, at = 0.0, 0.0
+            for k in range(nodes - 1):
+                by = segments[k, axis] if value == 2 else across[k, axis] * basis[k, value - 3]
+                at += by
+                total += at
+                moves[k + 1, axis, value] = at
+            for k in range(nodes):
+                moves[k, axis, value] -= total / nodes
 
 
 def _step(
@@ -299,6 +318,21 @@ def _sampled_pixels(
     near = (target > 0).astype(np.uint8)
     line = [np.rint(curve * 16).astype(np.int32)]
     cv2.polylines(near, line, False, 1, max(1, round(4 * half)), shift=4)
-    pixels = np.asarray(cv2.findNonZero(near), np.int64).reshape(-1, 2)
-    stride = max(1, -(-len(pixels) // _MOST_PIXELS))
-    return pixels[::stride], float(stride)
+    count = cv2.countNonZero(near)
+    stride = max(1, -(-count // _MOST_PIXELS))
+    pixels = np.empty((-(-count // stride), 2), np.int64)
+    _list_pixels(near, stride, pixels)
+    return pixels, float(stride)
+
+
+@compiled_for(array_read(types.uint8, 2), types.int64, array_written(types.int64, 2))
+def _list_pixels(near: Picture, stride: int, pixels: NDArray[np.int64]) -> None:
+    """Fill in each so many-th pixel (u, v) that is not zero, row by row."""
+    seen, listed = 0, 0
+    for v in range(near.shape[0]):
+        for u in range(near.shape[1]):
+            if near[v, u]:
+                if seen % stride == 0:
+                    pixels[listed, 0], pixels[listed, 1] = u, v
+                    listed += 1
+                seen += 1

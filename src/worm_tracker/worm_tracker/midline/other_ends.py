@@ -13,9 +13,9 @@ from numba import types
 
 from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
 from worm_msgs_py.compiled import array_read, array_written, compiled_for
-from worm_tracker.midline.curve import as_points, complex_arc_length
+from worm_tracker.midline.curve import complex_arc_length
 from worm_tracker.midline.path import evenly, nodes_for
-from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
+from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_body
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ def other_ends(
     tried = [(np.empty(0), np.empty(0, np.complex128), np.empty((0, 3)))]
     nodes = np.minimum(np.searchsorted(s, np.array(settings.cut_widths) * width), len(curve) - 4)
     for k in np.unique(nodes[nodes > 1]):
-        rest = drawn_strands(window.shape, as_points(line[k:]), 2 * half[k:], width, drawing)[0]
+        rest = drawn_body(window.shape, line[k:], 2 * half[k:], drawing)
         gain, left = _explained_by_pixel(window, rest)
         as_it_is = evenly(line[k::-1], max(4, ceil(s[k] / settings.step_px) + 1))
         covered = _covered(gain, as_it_is[None], s[k : k + 1], s, half, float(s[k]))

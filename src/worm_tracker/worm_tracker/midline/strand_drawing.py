@@ -58,12 +58,32 @@ def drawn_strands(
     settings : StrandDrawingSettings
     """
     line = as_complex(points)
-    tangent = np.gradient(line)
-    tangent /= np.maximum(np.abs(tangent), 1e-9)
-    side = 1j * tangent * np.maximum(widths, 1.0) / 2
     s = complex_arc_length(line)
     cuts = _cuts(line, s, width, settings)
     beside = np.searchsorted(s[cuts], s[cuts] - settings.beside_hairpin_widths * width)
+    return _drawn_in_pieces(shape, line, widths, cuts, beside, settings)
+
+
+def drawn_body(
+    shape: tuple[int, ...], line: Complex, widths: Floats, settings: StrandDrawingSettings
+) -> Picture:
+    """Draw a body, as `drawn_strands` does, and return where it is; 0 or 255."""
+    one = np.array([0, len(line) - 1])
+    return _drawn_in_pieces(shape, line, widths, one, np.zeros(2, np.intp), settings)[0]
+
+
+def _drawn_in_pieces(
+    shape: tuple[int, ...],
+    line: Complex,
+    widths: Floats,
+    cuts: NDArray[np.intp],
+    beside: NDArray[np.intp],
+    settings: StrandDrawingSettings,
+) -> tuple[Picture, Picture, Picture]:
+    """Draw a body that is cut into pieces, each with how many of the first lie not beside it."""
+    tangent = np.gradient(line)
+    tangent /= np.maximum(np.abs(tangent), 1e-9)
+    side = 1j * tangent * np.maximum(widths, 1.0) / 2
     d = np.diff(line)
     joint = np.zeros(len(line))
     sharp = np.abs(np.angle(d[1:] * d[:-1].conj())) > settings.kink_rad

@@ -271,14 +271,10 @@ class CandidateSearch:
         self, slid: Candidate | None, starts: list[Floats], contour_body: RefinedMidline | None
     ) -> Candidate:
         """Return the best of all that can be tried, fits from some starts among them."""
-        starts = starts if slid is None else [*starts, slid.path.points]
-        fitted = [self.fitted(start) for start in starts]
-        best = max(fitted, key=self.score)
-        sharper = self.slid(best.path)
-        least = best.agreement - self.settings.most_agreement_lost_resliding
-        if sharper is not None and sharper.agreement >= least:
-            best = sharper
-        others = [best] if slid is None else [slid, best]
+        others = [] if slid is None else [slid]
+        if slid is None or self.over_limits(slid) < self.settings.most_over_limits_of_fitted:
+            starts = [*starts, *(each.path.points for each in others)]
+            others.append(self.sharper(max(map(self.fitted, starts), key=self.score)))
         if contour_body is not None and not self.hides_a_part(contour_body):
             others.append(self.by_contour(contour_body))
         return max(others, key=self.score)
@@ -317,6 +313,12 @@ class CandidateSearch:
         model = self.model
         points = fit_body(self.seen.mask, start, model.widths, model.length, self.settings.fit)
         return self.scored(path_of(points, None, model.width), model.widths)
+
+    def sharper(self, found: Candidate) -> Candidate:
+        """Return a body slid in its place, where that agrees about as well."""
+        slid = self.slid(found.path)
+        least = found.agreement - self.settings.most_agreement_lost_resliding
+        return found if slid is None or slid.agreement < least else slid
 
     def scored(self, path: BodyPath, widths: Floats) -> Candidate:
         """Return a body with its agreement."""

@@ -49,7 +49,7 @@ def _lies_otherwise(scene: CandidateSearch, found: Candidate) -> Candidate:
         best = _better_of(best, _led_out(scene, found))
     if best is None or scene.over_limits(best) > 1:
         two_steps = [way for path in one_step for way in _added(scene, ways, path)]
-        few = _few_of(scene, two_steps, settings.most_ways_slid)
+        few = _few_of(scene, found, two_steps, settings.most_ways_slid)
         best = _better_of(best, _best_of(scene, few, settings.most_kink_rad))
     if best is None:
         return found
@@ -65,13 +65,21 @@ def _led_out(scene: CandidateSearch, found: Candidate) -> Candidate | None:
     ways = led_out(
         found.path, found.unexplained.wanted, model.width, model.length, settings.led_out
     )
-    few = _few_of(scene, ways, settings.most_ways_led_out)
+    few = _few_of(scene, found, ways, settings.most_ways_led_out)
     return _best_of(scene, few, settings.most_kink_led_out_rad)
 
 
-def _few_of(scene: CandidateSearch, ways: list[BodyPath], most: int) -> list[BodyPath]:
-    """Return those ways that as they are leave least unexplained: to slide one takes long."""
-    return sorted(ways, key=lambda way: _left(scene, way))[:most]
+def _few_of(
+    scene: CandidateSearch, found: Candidate, ways: list[BodyPath], most: int
+) -> list[BodyPath]:
+    """Return those ways that as they are leave least unexplained: to slide one takes long.
+
+    None that leaves far more than the body does.
+    """
+    most_left = found.unexplained.total + scene.settings.most_more_left_by_way_widths2
+    left = [_left(scene, way) for way in ways]
+    best = sorted(range(len(ways)), key=lambda k: left[k])[:most]
+    return [ways[k] for k in best if left[k] < most_left]
 
 
 def _better_of(one: Candidate | None, other: Candidate | None) -> Candidate | None:
