@@ -56,11 +56,6 @@ class PathFollowingSettings:
 
     continued_beyond_slide_widths: float = 1.6
     """How far the path is continued beyond the way that the body slid last."""
-    most_way_widths: float = 1.5
-    most_way_lengths: float = 0.035
-    """How far an end is expected to go on in a frame, the larger of both, however far it went in
-    the last: one that lies on the body unseen would run off along it, farther with each. In six
-    worms that fold none went farther than 1.44 widths or 0.029 lengths, at 25 frames a second."""
     tip_zone_widths: float = 1.5
     """How near to where the body ended it may end now: its width is not known there."""
     measurements: int = 3
@@ -162,10 +157,7 @@ def slide_along_path(
     SlidBody or None
         None where too little of the body is on the path.
     """
-    width = body.width
-    most_way = max(settings.most_way_widths * width, settings.most_way_lengths * body.length)
-    first, last = (frames * min(max(way, -most_way), most_way) for way in path.ways)
-    ways = first, last
+    ways, width = (path.ways[0] * frames, path.ways[1] * frames), body.width
     most = max(abs(ways[0]) + 2 * end_sd[0], abs(ways[1]) + 2 * end_sd[1])
     beyond = int((settings.continued_beyond_slide_widths * width + most) / path.step) + 2
     curve = continued(path, beyond, width, settings.continuation)
