@@ -88,6 +88,13 @@ def test_a_scene_in_which_most_frames_are_tracked_is_told_nothing(scene):
     assert "polarity" not in tracker.advice
 
 
+@pytest.mark.parametrize("shape", [(16, 4096), (4096, 16), (16, 16)])
+def test_a_strip_of_a_picture_is_told_what_to_try(shape):
+    empty = np.random.default_rng(0).integers(195, 206, shape).astype(np.uint8)
+    film = [(empty, k * 33_000_000) for k in range(films.FRAMES)]
+    assert "nothing stands out" in tracked(film, NO_CHAMBER).advice
+
+
 def test_half_of_the_frames_is_not_most():
     advice = FailureAdvice(NO_CHAMBER)
     assert advice.sentence({}) == ""

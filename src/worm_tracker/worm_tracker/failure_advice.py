@@ -354,5 +354,5 @@ def _some_of(picture: Picture | Floats32, arena: Picture | None, stride: int = 3
 
 
 def _reduced(picture: Picture, scale: float, by: int = cv2.INTER_AREA) -> Picture:
-    reduced = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=by)
-    return np.asarray(reduced, np.uint8)
+    v, u = (max(1, round(scale * side)) for side in picture.shape)  # a strip keeps a row
+    return np.asarray(cv2.resize(picture, (u, v), interpolation=by), np.uint8)
