@@ -274,7 +274,7 @@ class CandidateSearch:
         others = [] if slid is None else [slid]
         if slid is None or self.over_limits(slid) < self.settings.most_over_limits_of_fitted:
             starts = [*starts, *(each.path.points for each in others)]
-            others.append(self.sharper(max(map(self.fitted, starts), key=self.score)))
+            others.append(self.reslid(max(map(self.fitted, starts), key=self.score)))
         if contour_body is not None and not self.hides_a_part(contour_body):
             others.append(self.by_contour(contour_body))
         return max(others, key=self.score)
@@ -314,8 +314,8 @@ class CandidateSearch:
         points = fit_body(self.seen.mask, start, model.widths, model.length, self.settings.fit)
         return self.scored(path_of(points, None, model.width), model.widths)
 
-    def sharper(self, found: Candidate) -> Candidate:
-        """Return a body slid in its place, where that agrees about as well."""
+    def reslid(self, found: Candidate) -> Candidate:
+        """Return a body slid from where it was found, if it agrees about as well there."""
         slid = self.slid(found.path)
         least = found.agreement - self.settings.most_agreement_lost_resliding
         return found if slid is None or slid.agreement < least else slid
