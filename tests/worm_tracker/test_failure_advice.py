@@ -1,10 +1,14 @@
 """A film that gives no poses for one reason is told what to try; one that gives them is not."""
 
 from functools import partial
+from itertools import islice
+from pathlib import Path
 
 import failing_films as films
 import numpy as np
 import pytest
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CompressedImage
 
 from worm_model.simulator import scenes
 from worm_model.simulator.take import Take
@@ -12,7 +16,11 @@ from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.polarity import Polarity
 from worm_tracker.failure_advice import FailureAdvice
 from worm_tracker.parameters import TrackerParameters
+from worm_tracker.sources.bags.bag_reader import BagPictures
+from worm_tracker.sources.image_decoder import PictureDecoder
 from worm_tracker.tracker import Tracker
+
+LARVA = Path(__file__).parents[2] / "bags" / "larva"
 
 NO_CHAMBER = TrackerParameters(no_chamber=True)
 BRIGHT = TrackerParameters(no_chamber=True, polarity=Polarity.BRIGHT)
@@ -88,7 +96,18 @@ def test_a_scene_in_which_most_frames_are_tracked_is_told_nothing(scene):
     assert "polarity" not in tracker.advice
 
 
-@pytest.mark.parametrize("shape", [(16, 4096), (4096, 16), (16, 16)])
+def test_one_real_larva_in_its_dish_is_not_told_to_be_several_worms():
+    decoder, film = PictureDecoder(), []
+    with BagPictures(LARVA) as pictures:
+        for picture in islice(pictures, films.FRAMES):
+            image = decoder.decode(deserialize_message(picture.raw, CompressedImage))
+            film.append((image, picture.stamp_ns))
+    advice = tracked(film, NO_CHAMBER).advice
+    assert advice
+    assert "several" not in advice
+
+
+@pytest.mark.parametrize("shape", [(16, 20000), (20000, 16), (16, 16)])
 def test_a_strip_of_a_picture_is_told_what_to_try(shape):
     empty = np.random.default_rng(0).integers(195, 206, shape).astype(np.uint8)
     film = [(empty, k * 33_000_000) for k in range(films.FRAMES)]

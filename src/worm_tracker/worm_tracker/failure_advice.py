@@ -48,9 +48,6 @@ class FailureAdviceSettings:
     ground_over_side: float = 0.1
     """Side of the median that shows the ground alone, over the picture's: a worm is less than half
     as wide."""
-    ground_stride: int = 4
-    least_ground_side: int = 5
-    """The ground is sought in a picture so many times smaller, by a median at least as wide."""
     darkest_grey: int = 16
     """A picture that is nowhere brighter is black to a person too."""
     most_white: float = 0.15
@@ -280,10 +277,11 @@ class _StandsOut:
         cls, picture: Picture, arena: Picture | None, settings: FailureAdviceSettings
     ) -> "_StandsOut":
         """Look at a picture."""
+        side = 2 * (round(settings.ground_over_side * max(picture.shape)) // 2) + 1
         if arena is not None:  # the walls are no ground, or a passage would stand out from them
             water = round(float(np.median(_some_of(picture, arena))))
             picture = np.where(arena > 0, picture, np.uint8(water))
-        ground = _ground(picture, settings)
+        ground = cv2.medianBlur(picture, max(side, 15)).astype(np.float32)
         signal = ground - cv2.GaussianBlur(picture, (3, 3), 0)
         least = settings.least_signal_grey
         dark, bright = (_objects(sign * signal, arena, least, settings) for sign in (1.0, -1.0))
@@ -335,15 +333,6 @@ def _long_blobs(blobs: list[Blob], settings: FailureAdviceSettings) -> list[Blob
         if blob.area > settings.least_slenderness * thickness(draw_blob(blob, window)) ** 2:
             found.append(blob)
     return found
-
-
-def _ground(picture: Picture, settings: FailureAdviceSettings) -> Floats32:
-    """Return the picture without what is narrow in it: coarsely, as a ground is smooth."""
-    coarse = _reduced(picture, 1 / settings.ground_stride)
-    side = 2 * (round(settings.ground_over_side * max(coarse.shape)) // 2) + 1
-    ground = cv2.medianBlur(coarse, max(side, settings.least_ground_side))
-    whole = cv2.resize(ground.astype(np.float32), picture.shape[::-1])
-    return np.asarray(whole, np.float32)
 
 
 def _some_of(picture: Picture | Floats32, arena: Picture | None, stride: int = 3) -> Floats:
