@@ -23,7 +23,7 @@ def kinked_loop(radius_widths, width):
 def search_after(path, width, frames, loops_known, end_sd_px=(0.0, 0.0)):
     """Return the search for a body in a picture so many frames after one, at the same place."""
     in_doubt = None if loops_known else (0.2, 0.8)
-    last = PropagatedBody(path, 0.95, 0.95, end_sd_px=end_sd_px, loop_in_doubt=in_doubt)
+    last = PropagatedBody(path, 0.95, 0.95, end_sd_px=end_sd_px, doubt_by_bends=in_doubt)
     nothing, settings = np.zeros((9, 9), np.uint8), PropagationSettings()
     model = BodyModel(
         length=path.length,

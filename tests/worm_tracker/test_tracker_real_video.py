@@ -76,7 +76,8 @@ def test_a_real_coiling_worm_has_a_midline_that_covers_its_mask(first):
             points = np.stack([midline.u_px, midline.v_px], axis=1)
             seen = np.isfinite(points).all(axis=1)
             body = draw_body(mask.shape, points[seen], midline.width_px[seen]) > 0
-            on_mask.append((mask & body).sum() / body.sum())
+            if seen.mean() > 0.25:  # a tip alone is hardly wider than the mask's edge
+                on_mask.append((mask & body).sum() / body.sum())
             if seen.all():
                 overlaps.append((mask & body).sum() / (mask | body).sum())
     overlaps = np.array(overlaps)

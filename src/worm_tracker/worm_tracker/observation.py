@@ -51,6 +51,8 @@ class Observation:
         What its midline leaves over of the object, over what it may.
     overlaps_tell : bool
         Whether overlaps are known to be darker, so that they show what lies in them.
+    by_marks : bool
+        Whether marks alone tell of some loop which way round it is passed.
     order_known : bool
         Whether its widths tell that its ends come in the order of the body model.
     path_number : int
@@ -77,6 +79,7 @@ class Observation:
     followed: "Observation | None" = None
     over_limits: float = 0.0
     overlaps_tell: bool = False
+    by_marks: bool = False
     order_known: bool = False
     path_number: int = 0
 
@@ -142,15 +145,20 @@ class Observation:
         return replace(self, path_number=number, followed=followed)
 
     def contradicts(self, other: "Observation") -> bool:
-        """Tell whether both explain a picture, but at most one is right to a width."""
+        """Tell whether both explain a picture, but at most one is right to a width.
+
+        By what both tell, if that is a quarter of the body or more: a loop in doubt may be passed
+        as the other has it.
+        """
         if not (self.has_midline and other.has_midline and self.explains and other.explains):
             return False
         away = np.inf
         for one in (self, self.reversed()):
-            first, last = np.maximum(one.occluded, other.occluded)
-            seen = slice(first, max(len(one.points) - last, first + 1))
-            apart = np.hypot(*(one.points[seen] - other.points[seen]).T)
-            away = min(away, float(apart.max()))
+            told = one.told_points & other.told_points
+            if told.sum() < len(told) / 4:
+                told = one.shown_points & other.shown_points
+            apart = np.hypot(*(one.points[told] - other.points[told]).T)
+            away = min(away, float(apart.max(initial=0.0)))
         return away > 2 * other.width
 
     def reversed(self) -> "Observation":

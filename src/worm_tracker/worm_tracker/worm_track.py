@@ -44,6 +44,8 @@ class PropagatedBody:
     loop_in_doubt : tuple of float, or None
         The part of its length, from where to where, that lies in loops of which it is not known
         which way round they are passed; None where it is.
+    doubt_by_bends : tuple of float, or None
+        The same without what marks tell: they do so of one picture, and not of the next.
     frames_unexplained : int
         How many pictures lie between it and the last one that it explained; 0 where it explains
         this one. It stays, whatever is explained later, where its strands may have changed places
@@ -78,6 +80,7 @@ class PropagatedBody:
     over_limits: float = 0.0
     straighter: float = 0.0
     loop_in_doubt: tuple[float, float] | None = None
+    doubt_by_bends: tuple[float, float] | None = None
     frames_unexplained: int = 0
     was_turned: bool = False
     order_known: bool = False

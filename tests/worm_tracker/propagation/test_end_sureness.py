@@ -76,7 +76,7 @@ def test_of_one_shade_an_end_that_its_outline_tells_is_as_sure_as_it_is_seen(loo
     search = search_after(path, WIDTH, 1, loops_known=True)
     model = replace(search.model, darkening=0.0, length_scatter=0.02)
     body = PropagatedBody(path, 0.95, 0.95, end_sd_px=(1.0, 1.0), clear_ends=(True, False))
-    first, _ = end_sd_px_of(replace(body, loop_in_doubt=loop_in_doubt), model, search.settings)
+    first, _ = end_sd_px_of(replace(body, doubt_by_bends=loop_in_doubt), model, search.settings)
     assert first == pytest.approx(1.0 if loop_in_doubt is None else 0.02 * path.length)
 
 
@@ -121,8 +121,8 @@ def test_beside_a_loop_in_doubt_and_something_left_over_an_end_must_be_surer(
     """What is left over may be that end, elsewhere."""
     path = hairpin(1.6 * WIDTH)
     search = search_after(path, WIDTH, 1, loops_known=True)
-    body = PropagatedBody(path, 0.95, 0.95, over_limits=over_limits, loop_in_doubt=in_doubt)
-    usual = replace(body, over_limits=0.0, loop_in_doubt=None)
+    body = PropagatedBody(path, 0.95, 0.95, over_limits=over_limits, doubt_by_bends=in_doubt)
+    usual = replace(body, over_limits=0.0, doubt_by_bends=None)
     most, mostly = (most_end_sd_px(b, search.model, search.settings) for b in (body, usual))
     assert (most < mostly) is is_stricter
     assert most <= mostly

@@ -9,9 +9,7 @@ from drawn_folds import laid
 
 from worm_msgs_py import Status
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.midline.strand_exchange import (
-    exchanged_strands,
-)
+from worm_tracker.midline.strand_exchange import exchanged_strands, part_of
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.laid_anew import with_strands_exchanged
 from worm_tracker.propagation.propagation import observation_of
@@ -37,9 +35,8 @@ def test_a_loop_that_the_other_way_round_is_straighter_is_told_where_it_was_know
     width = 15.0
     path = kinked_loop(radius_widths, width)
     search = search_after(path, width, frames, was_known)
-    in_doubt = search.loop_in_doubt(candidate(path))
-    assert (in_doubt is None) is is_known
-    assert replace(search.body, loop_in_doubt=in_doubt).loops_known is is_known
+    assert (search.loops_in_doubt(candidate(path)) == []) is is_known
+    assert search.in_picture(candidate(path)).loops_known is is_known
 
 
 @pytest.mark.parametrize("was_known", [True, False])
@@ -47,14 +44,14 @@ def test_a_loop_that_is_straighter_as_it_is_is_known_by_itself(was_known):
     width = 15.0
     arcs = laid([(6.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)], width)
     crossing = BodyPath(evenly(arcs, 240))
-    assert search_after(crossing, width, 1, was_known).loop_in_doubt(candidate(crossing)) is None
+    assert search_after(crossing, width, 1, was_known).loops_in_doubt(candidate(crossing)) == []
 
 
 def test_a_loop_whose_strands_were_exchanged_is_not_passed_as_it_was_known():
     path = kinked_loop(2.5, 15.0)
     search = search_after(path, 15.0, 1, loops_known=True)
-    assert search.loop_in_doubt(candidate(path)) is None
-    assert search.loop_in_doubt(replace(candidate(path), was_exchanged=True)) is not None
+    assert search.loops_in_doubt(candidate(path)) == []
+    assert search.loops_in_doubt(replace(candidate(path), was_exchanged=True)) != []
 
 
 @pytest.mark.parametrize(
@@ -70,18 +67,18 @@ def test_a_loop_that_was_turned_round_is_in_doubt_however_much_the_other_way_ben
     arcs = laid([(6.0, 0.0), (turn_over_pi * np.pi * 2.5, 1 / 2.5), (6.0, 0.0)], width)
     path = BodyPath(evenly(arcs, 240))
     search = search_after(path, width, 1, loops_known=False)
-    assert search.loop_in_doubt(candidate(path)) is None
+    assert search.loops_in_doubt(candidate(path)) == []
     for turned in (
         (search, replace(candidate(path), was_exchanged=True)),
         (replace(search, body=replace(search.body, was_turned=True)), candidate(path)),
     ):
-        assert turned[0].loop_in_doubt(turned[1]) is not None
+        assert turned[0].loops_in_doubt(turned[1]) != []
 
 
 def test_a_body_that_was_turned_round_and_passes_no_loop_is_not_in_doubt():
     path = BodyPath(evenly(laid([(9.0, 0.0), (np.pi * 3.0, 1 / 3.0), (9.0, 0.0)], 15.0), 240))
     search = search_after(path, 15.0, 1, loops_known=False)
-    assert search.loop_in_doubt(replace(candidate(path), was_exchanged=True)) is None
+    assert search.loops_in_doubt(replace(candidate(path), was_exchanged=True)) == []
 
 
 @pytest.mark.parametrize(("left_over_widths2", "stays"), [(0.0, False), (9.0, True)])
@@ -96,7 +93,7 @@ def test_a_body_that_was_turned_round_stays_so_while_it_leaves_something_over(
     path = kinked_loop(2.5, 15.0)
     search = search_after(path, 15.0, 1, loops_known=True)
     search = replace(search, body=replace(search.body, was_turned=stays))
-    assert (search.loop_in_doubt(candidate(path)) is not None) is stays
+    assert (search.loops_in_doubt(candidate(path)) != []) is stays
 
 
 @pytest.mark.parametrize(("sd_widths", "is_known"), [(0.2, True), (0.6, True), (4.0, False)])
@@ -106,7 +103,7 @@ def test_a_loop_is_not_passed_as_it_was_known_where_the_ends_may_have_changed_pl
     """Its ends lie as far apart as its legs do, unseen where they are that unsure."""
     path = kinked_loop(2.5, 15.0)
     search = search_after(path, 15.0, 1, loops_known=True, end_sd_px=(sd_widths * 15.0, 0.0))
-    assert (search.loop_in_doubt(candidate(path)) is None) is is_known
+    assert (search.loops_in_doubt(candidate(path)) == []) is is_known
 
 
 def closed_by_its_end(width, clear_widths=0.0):
@@ -132,8 +129,8 @@ def test_a_loop_in_doubt_stays_so_where_an_end_has_slid_to_where_its_strands_met
 ):
     path = closed_by_its_end(15.0, clear_widths)
     search = search_after(path, 15.0, 1, loops_known=True)
-    search = replace(search, body=replace(search.body, loop_in_doubt=in_doubt))
-    assert search.loop_in_doubt(candidate(path)) == (in_doubt if stays else None)
+    search = replace(search, body=replace(search.body, doubt_by_bends=in_doubt))
+    assert part_of(search.loops_in_doubt(candidate(path))) == (in_doubt if stays else None)
 
 
 @pytest.mark.parametrize(
@@ -174,7 +171,7 @@ def test_what_lies_outside_a_loop_in_doubt_is_told(end_sd_widths, status):
     path = kinked_loop(2.5, width)
     search = search_after(path, width, 1, loops_known=False)
     ends = (0.1 * width, end_sd_widths * width)
-    part = search.loop_in_doubt(candidate(path))
+    part = part_of(search.loops_in_doubt(candidate(path)))
     body = PropagatedBody(path, 0.95, 0.95, 0j, ends, loop_in_doubt=part)
     told = observation_of(body, search.model, 0.95, PropagationSettings())
     assert told.status is status

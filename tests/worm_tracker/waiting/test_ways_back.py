@@ -118,6 +118,27 @@ def test_in_darker_overlaps_one_of_two_ways_has_to_see_an_end(apart_widths, end_
     assert queue.finish()[0].state.status is (Status.FOLDED if is_told else Status.COILED)
 
 
+@pytest.mark.parametrize(
+    ("end_sd_widths", "is_told"),
+    [
+        pytest.param((0.5, 0.4), True, id="one sees the end"),
+        pytest.param((0.45, 0.45), False, id="neither sees it"),
+        pytest.param((0.6, 0.4), False, id="the other does not see it by far"),
+    ],
+)
+@pytest.mark.parametrize("by_marks", [(True, False), (False, True)])
+def test_where_marks_alone_tell_of_a_loop_both_ways_have_to_see_an_end_better(
+    end_sd_widths, is_told, by_marks
+):
+    there, back = (
+        replace(FOLLOWED, overlaps_tell=True, seen_end_sd_px=(0.0, sd * WIDTH), by_marks=marks)
+        for sd, marks in zip(end_sd_widths, by_marks, strict=True)
+    )
+    queue = queue_of(coil(followed=there), midline())
+    queue.go_back(lambda opened, detections: iter([coil(followed=back)]))
+    assert queue.finish()[0].state.status is (Status.FOLDED if is_told else Status.COILED)
+
+
 def there_again(entered, coils, told_back):
     """Return what is told of coils where a way back tells the last, and one there all it is asked.
 

@@ -130,9 +130,9 @@ def misjudged_layers(
     n, width = len(line), median_of(widths)
     step = float(np.abs(np.diff(line)).mean())
     signal, shade = shade_along(seen.signal, line, widths), seen.shade
-    one, level = _at_nodes(shade.mean, n), median_of(shade.mean.ravel())
+    one, level = at_nodes(shade.mean, n), median_of(shade.mean.ravel())
     sure = settings.sure_sds * np.sqrt(
-        _at_nodes(shade.variance, n) + (settings.least_sd_relative * level) ** 2
+        at_nodes(shade.variance, n) + (settings.least_sd_relative * level) ** 2
     )
     normal = 1j * tangents(line) * widths
     at = np.rint((line[:, None] + normal[:, None] * ACROSS).view(np.float64)).astype(np.intp)
@@ -151,7 +151,7 @@ def misjudged_layers(
     return cells * step * width * float(ACROSS[1] - ACROSS[0])
 
 
-def _at_nodes(mean: Floats, n: int) -> Floats:
+def at_nodes(mean: Floats, n: int) -> Floats:
     """Return values along a body at so many nodes of it."""
     at = np.linspace(0, len(mean) - 1, n)
     before = np.minimum(at.astype(np.intp), len(mean) - 2)

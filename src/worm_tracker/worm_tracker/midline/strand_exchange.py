@@ -6,7 +6,6 @@ get past each other, it is the other way, and what lies between them is passed t
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain
 from math import ceil
 
 import numpy as np
@@ -113,11 +112,21 @@ def doubtful_loops(
     least_breadth_widths : float
         Breadth of the loops that are left out.
     """
-    found = _loops_between_strands(path, width, settings), _loops_at_ends(path, width, settings)
     return [
         loop
-        for gain, loop in chain(*found)
+        for gain, loop, _ in _loops(path, width, settings)
         if gain > least_gain_rad2 and loop.breadth_px > least_breadth_widths * width
+    ]
+
+
+def loops_otherwise(
+    path: BodyPath, width: float, settings: StrandExchangeSettings, least_breadth_widths: float
+) -> list[tuple[DoubtfulLoop, BodyPath]]:
+    """Return all loops broader than that, each with the path that passes it the other way round."""
+    return [
+        (loop, BodyPath(again))
+        for _, loop, again in _loops(path, width, settings)
+        if loop.breadth_px > least_breadth_widths * width
     ]
 
 
@@ -177,22 +186,30 @@ def _passed_other_way(curve: Complex, i: int, joint: int) -> Complex:
     return evenly(np.concatenate([curve[: i - joint], curve[i + joint :][::-1]]), len(curve))
 
 
+def _loops(
+    path: BodyPath, width: float, settings: StrandExchangeSettings
+) -> Iterator[tuple[float, DoubtfulLoop, Complex]]:
+    """Yield each loop, how much straighter it is the other way round, and the curve that way."""
+    yield from _loops_between_strands(path, width, settings)
+    yield from _loops_at_ends(path, width, settings)
+
+
 def _loops_between_strands(
     path: BodyPath, width: float, settings: StrandExchangeSettings
-) -> Iterator[tuple[float, DoubtfulLoop]]:
-    """Yield each loop between two strands that meet, and how much straighter it is."""
+) -> Iterator[tuple[float, DoubtfulLoop, Complex]]:
+    """Yield each loop between two strands that meet, as `_loops` does."""
     last, joint = len(path.curve) - 1, _joint(width, path.step, settings)
-    for i, j, gain, _ in _other_ways(path.curve, width, path.step, settings):
+    for i, j, gain, again in _other_ways(path.curve, width, path.step, settings):
         breadth = _breadth(path.curve[i : j + 1])
-        yield gain, DoubtfulLoop((i - joint) / last, (j + joint) / last, breadth)
+        yield gain, DoubtfulLoop((i - joint) / last, (j + joint) / last, breadth), again
 
 
 def _loops_at_ends(
     path: BodyPath, width: float, settings: StrandExchangeSettings
-) -> Iterator[tuple[float, DoubtfulLoop]]:
-    """Yield each loop between an end and the strand under it, and how much straighter it is.
+) -> Iterator[tuple[float, DoubtfulLoop, Complex]]:
+    """Yield each loop between an end and the strand under it, as `_loops` does.
 
-    Less what an end must tell more.
+    Less straight by what an end must tell more.
     """
     last, joint = len(path.curve) - 1, _joint(width, path.step, settings)
     window, reach = _window(width, path.step, settings), _turn_stretch(width, path.step, settings)
@@ -201,14 +218,14 @@ def _loops_at_ends(
         i = _met_by_end(curve, width, path.step, settings)
         if i is None:
             continue
-        before, after = (
-            _turn2(line, reach) for line in (curve, _passed_other_way(curve, i, joint))
-        )
+        again = _passed_other_way(curve, i, joint)
+        before, after = (_turn2(line, reach) for line in (curve, again))
         gain = _near(before, i, last, window) - _near(after, i, last, window)
         gain -= settings.least_gain_at_end_rad2
         beyond = (i - joint) / last
         part = (beyond, 1.0) if last_end else (0.0, 1 - beyond)
-        yield gain, DoubtfulLoop(*part, _breadth(curve[i:]))
+        loop = DoubtfulLoop(*part, _breadth(curve[i:]))
+        yield gain, loop, again if last_end else again[::-1]
 
 
 def _breadth(loop: Complex) -> float:

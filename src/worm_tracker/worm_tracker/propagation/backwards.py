@@ -80,9 +80,9 @@ class BackwardPropagation:
         path = path_of(opened.points, None, model.width)
         self._model, self._settings, self._contour_body = model, settings, contour_body
         self._is_broad_at_end = is_broad_at_end
-        loops = doubtful_loops(path, model.width, settings.exchange)
+        doubt = part_of(doubtful_loops(path, model.width, settings.exchange))
         self._last = PropagatedBody(
-            path, opened.confidence, opened.confidence, loop_in_doubt=part_of(loops)
+            path, opened.confidence, opened.confidence, loop_in_doubt=doubt, doubt_by_bends=doubt
         )
         self._before: Floats | None = None
         self._path_numbers, self._path_number = path_numbers, next(path_numbers)

@@ -5,7 +5,7 @@ deformable one is fitted where that does not do.
 """
 
 from dataclasses import dataclass, replace
-from math import log, sqrt
+from math import copysign, log, sqrt
 
 import numpy as np
 
@@ -34,6 +34,8 @@ from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
 from worm_tracker.midline.path_following import slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
+from worm_tracker.midline.strand_exchange import DoubtfulLoop, part_of
+from worm_tracker.midline.way_by_marks import MarkedLoop, MarksOnPath, marked_loops
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import (
     clear_ends,
@@ -42,7 +44,7 @@ from worm_tracker.propagation.end_sureness import (
     s_at_end,
     whole_ends,
 )
-from worm_tracker.propagation.loops_in_doubt import loop_in_doubt
+from worm_tracker.propagation.loops_in_doubt import loops_in_doubt
 from worm_tracker.propagation.only_explanation import is_only_explanation
 from worm_tracker.propagation.overlaps import is_marked, marked_ends
 from worm_tracker.propagation.propagation_settings import PropagationSettings
@@ -111,7 +113,8 @@ class CandidateSearch:
         first, last = found.end_sd_px
         lacks_first, lacks_last = self.ends_lack(found)
         model, width = self.model, self.model.width
-        in_doubt = self.loop_in_doubt(found)
+        in_doubt = self.loops_in_doubt(found)
+        marked = self.told_by_marks(found.path) if in_doubt else []
         return PropagatedBody(
             path,
             found.agreement,
@@ -120,9 +123,10 @@ class CandidateSearch:
             (max(first, lacks_first * width), max(last, lacks_last * width)),
             self.over_limits(found),
             found.straighter,
-            in_doubt,
+            part_of([loop for loop in in_doubt if loop not in marked]),
+            part_of(in_doubt),
             self.frames_unexplained(found),
-            was_turned=self.stays_turned(found, in_doubt is not None),
+            was_turned=self.stays_turned(found, bool(in_doubt)),
             order_known=self.order_known(found),
             broad_ends=self.broad_ends(found),
             hides_slack=self.hides_slack(found),
@@ -145,14 +149,23 @@ class CandidateSearch:
         )
 
     def order_known(self, found: Candidate) -> bool:
-        """Tell whether the widths of a body that explains the picture show which end is which."""
-        if not self.model.tells_order or self.over_limits(found) > 1:
+        """Tell whether a body that explains the picture shows which of its ends is which."""
+        if self.over_limits(found) > 1:
             return False
         score = self.order_score(found) if found.order_score is None else found.order_score
         return score > self.model.settings.order.least_score
 
     def order_score(self, found: Candidate) -> float:
-        """Return how well a body's widths tell that its ends are in the right order, -1 to 1."""
+        """Return how well a body tells that its ends are in the right order, -1 to 1.
+
+        By its marks where these tell, else by its widths.
+        """
+        marks = self.marks_on(found.path)
+        odds = 0.0 if marks is None else marks.log_odds()
+        if abs(odds) > self.settings.marks.least_log_odds:
+            return copysign(1.0, odds)
+        if not self.model.tells_order:
+            return 0.0
         body = found.path.points, self.model.widths
         return order_score(self.seen.mask, *body, self.model.settings.order)
 
@@ -200,16 +213,39 @@ class CandidateSearch:
         if between <= self.settings.most_frames_unexplained:
             return 0
         over, told = self.over_limits(found), self.seen.dark is not None
-        alone = is_only_explanation(found, over, told, self.model.width, self.settings)
+        marked = self.told_by_marks(found.path)
+        alone = is_only_explanation(found, over, told, self.model.width, marked, self.settings)
         return 0 if alone else between
 
-    def loop_in_doubt(self, found: Candidate) -> tuple[float, float] | None:
-        """Return the part of a body that lies in loops which may be passed either way round."""
+    def loops_in_doubt(self, found: Candidate) -> list[DoubtfulLoop]:
+        """Return the loops of a body which may be passed either way round, by its bends."""
         body, settings, turned = self.body, self.settings, self.was_turned(found)
         may_be_known = self.is_followed and not turned
         lost_rad2 = settings.bend_lost_of_turned_rad2 if turned else settings.bend_lost_rad2
         sd_px, width = end_sd_px_of(body, self.model, settings), self.model.width
-        return loop_in_doubt(found.path, body, may_be_known, lost_rad2, sd_px, width, settings)
+        return loops_in_doubt(found.path, body, may_be_known, lost_rad2, sd_px, width, settings)
+
+    def told_by_marks(self, path: BodyPath) -> list[DoubtfulLoop]:
+        """Return the loops of a path that marks say are passed as it has them."""
+        least = self.settings.marks.least_log_odds
+        return [each.loop for each in self.marked_loops(path) if each.log_odds > least]
+
+    def marked_loops(self, path: BodyPath) -> list[MarkedLoop]:
+        """Return the loops of a path, and what marks say of each; none where none are known."""
+        marks, settings = self.marks_on(path), self.settings
+        if marks is None:
+            return []
+        least = settings.least_breadth_widths
+        return marked_loops(marks, path, self.model.width, settings.doubt, least)
+
+    def marks_on(self, path: BodyPath) -> MarksOnPath | None:
+        """Return what is seen of a skin's marks along a path; None where none are known."""
+        if self.seen.shaded is None:
+            return None
+        model = self.model
+        return MarksOnPath.on(
+            self.seen.shaded, path, model.widths, model.width, self.settings.marks
+        )
 
     def was_turned(self, found: Candidate) -> bool:
         """Tell whether loops in doubt were passed the other way round since they were known."""
@@ -246,14 +282,12 @@ class CandidateSearch:
         found = self.scored(slid.path, model.widths)
         return replace(found, end_sd_px=(slid.ends[0].sd, slid.ends[1].sd))
 
-    def turned_round(self, found: Candidate | None) -> Candidate | None:
-        """Return a body the other way round where its widths tell so, else itself.
+    def turned_round(self, found: Candidate) -> Candidate:
+        """Return a body the other way round where its marks or widths tell so, else itself.
 
         In a fold an end may have been taken for the other one: what is slid on from there lies
         right, and is drawn with its tail as wide as a head.
         """
-        if found is None or not self.model.tells_order:
-            return found
         score = self.order_score(found)
         if score > -self.model.settings.order.least_score:
             return replace(found, order_score=score)

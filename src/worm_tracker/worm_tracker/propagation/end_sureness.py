@@ -43,7 +43,7 @@ def end_sd_px_of(
     if coincide and max(body.end_sd_px) > settings.most_end_sd_of_coinciding_widths * model.width:
         return model.width, model.width
     by_marks = _told_by_marks(body, model, settings)
-    by_outline = body.clear_ends if body.loops_known else (False, False)
+    by_outline = body.clear_ends if body.doubt_by_bends is None else (False, False)
     sd_px = [
         sd if on and told else max(sd, off * ((on and (pale or not dark)) or (pale and short)))
         for sd, on, pale, short, told in zip(
@@ -175,7 +175,7 @@ def most_end_sd_px(body: PropagatedBody, model: BodyModel, settings: Propagation
     most = settings.most_end_sd_widths
     if overlaps_tell(model, settings):
         most = settings.most_end_sd_in_darker_overlap_widths
-    over = settings.most_over_limits_of_unsure_end if not body.loops_known else 1.0
+    over = 1.0 if body.doubt_by_bends is None else settings.most_over_limits_of_unsure_end
     if is_marked(model, settings):
         over = min(over, settings.most_over_limits_of_marked)
     if body.over_limits > over:

@@ -8,6 +8,7 @@ from worm_tracker.midline.path import BodyPath, sharpest_turn
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.laid_anew import followed_body, keeps_loop
+from worm_tracker.propagation.laid_by_marks import with_loops_by_marks
 
 
 def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
@@ -20,7 +21,9 @@ def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
         found = _lies_otherwise(scene, found)
     elif found is not None and _is_doubted(scene, found):
         found = _lies_better(scene, found)
-    return scene.turned_round(found)
+    if found is None:
+        return None
+    return scene.turned_round(with_loops_by_marks(scene, found))
 
 
 def _is_doubted(scene: CandidateSearch, found: Candidate) -> bool:

@@ -4,12 +4,12 @@ import numpy as np
 
 from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.self_cover import ends_kept, ends_on_body
-from worm_tracker.midline.strand_exchange import doubtful_loops, part_of
+from worm_tracker.midline.strand_exchange import DoubtfulLoop, doubtful_loops
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
 
-def loop_in_doubt(
+def loops_in_doubt(
     path: BodyPath,
     before: PropagatedBody,
     was_followed: bool,
@@ -17,8 +17,8 @@ def loop_in_doubt(
     end_sd_px: tuple[float, float],
     width: float,
     settings: PropagationSettings,
-) -> tuple[float, float] | None:
-    """Return the part of a body that lies in loops which may be passed either way round.
+) -> list[DoubtfulLoop]:
+    """Return the loops of a body which may be passed either way round, by its bends.
 
     One in doubt that has been followed, and open, since it was known is passed as it was; one
     whose strands have just been exchanged is passed the other way, and so may be all of a body
@@ -39,24 +39,20 @@ def loop_in_doubt(
     width : float
         The worm's, pixels.
     settings : PropagationSettings
-
-    Returns
-    -------
-    tuple of float, or None
-        From where to where, parts of its length; None where all is known.
     """
     loops = doubtful_loops(
         path, width, settings.doubt, -bend_lost_rad2, settings.least_breadth_widths
     )
-    if not loops and _is_left_by_end(path, before, width, settings):
-        return before.loop_in_doubt
+    left = before.doubt_by_bends
+    if not loops and left is not None and _is_left_by_end(path, left, width, settings):
+        return [DoubtfulLoop(*left, path.length)]
     open_px = settings.open_loop_widths * width
-    was_known = before.loops_known and was_followed
+    was_known = left is None and was_followed
     if max(end_sd_px) > settings.most_end_sd_widths * width:
         kept = ends_kept(before.points, end_sd_px)
         was_known = was_known and kept > settings.least_ends_kept
     known = was_known and all(loop.breadth_px > open_px for loop in loops)
-    return None if known else part_of(loops)
+    return [] if known else loops
 
 
 def turns_known_loop(
@@ -83,7 +79,7 @@ def turns_known_loop(
         The worm's, pixels.
     settings : PropagationSettings
     """
-    if not before.loops_known or before.frames_unexplained:
+    if before.doubt_by_bends is not None or before.frames_unexplained:
         return False
     apart = np.hypot(*(path.points - otherwise.points).T)
     if apart.max() < settings.open_loop_widths * width:
@@ -95,16 +91,14 @@ def turns_known_loop(
 
 
 def _is_left_by_end(
-    path: BodyPath, before: PropagatedBody, width: float, settings: PropagationSettings
+    path: BodyPath, left: tuple[float, float], width: float, settings: PropagationSettings
 ) -> bool:
     """Tell whether what was in doubt is so still, its strands meeting where an end lies on one.
 
     How an end bends is not seen there, so that neither way is the straighter one.
     """
-    if before.loop_in_doubt is None:
-        return False
     near = settings.near_end_widths * width
     part = 2 * near / path.length
     on_first, on_last = ends_on_body(path.curve, near, path.step)
-    first, last = before.loop_in_doubt
+    first, last = left
     return (on_first and first < part) or (on_last and last > 1 - part)

@@ -1,7 +1,9 @@
 """Tells whether a body that was lost, and explains its picture again, is the only one that can."""
 
+from collections.abc import Collection
+
 from worm_tracker.midline.self_cover import lies_near_itself
-from worm_tracker.midline.strand_exchange import doubtful_loops
+from worm_tracker.midline.strand_exchange import DoubtfulLoop, doubtful_loops
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 
@@ -11,13 +13,14 @@ def is_only_explanation(
     over_limits: float,
     overlaps_are_told: bool,
     width: float,
+    told_by_marks: Collection[DoubtfulLoop],
     settings: PropagationSettings,
 ) -> bool:
     """Tell whether no other body can explain the picture, however this one was found.
 
     It lies apart from itself, ends and all, so that all of it is seen. Or hardly anything is left
     over, overlaps are told by their darkness, and nowhere could its strands be passed the other way
-    round without bending much more.
+    round without bending much more, or against its marks.
 
     Parameters
     ----------
@@ -29,6 +32,8 @@ def is_only_explanation(
         Whether they are darker, so that they are seen.
     width : float
         The body's, pixels.
+    told_by_marks : collection of DoubtfulLoop
+        Those of its loops that marks say are passed as it has them.
     settings : PropagationSettings
     """
     path = found.path
@@ -38,4 +43,5 @@ def is_only_explanation(
     if not overlaps_are_told or over_limits > settings.most_over_limits_alone:
         return False
     most = -settings.least_bend_of_other_way_rad2
-    return not doubtful_loops(path, width, settings.exchange, most)
+    loops = doubtful_loops(path, width, settings.exchange, most)
+    return all(loop in told_by_marks for loop in loops)

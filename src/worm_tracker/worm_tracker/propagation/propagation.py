@@ -116,6 +116,7 @@ def observation_of(
         in_doubt=_points_of(body.loop_in_doubt, len(body.points)),
         over_limits=body.over_limits,
         overlaps_tell=overlaps_tell(model, settings),
+        by_marks=body.doubt_by_bends != body.loop_in_doubt,
         order_known=body.order_known and _ends_told(body, settings) and not (first or last),
     )
 

@@ -15,6 +15,7 @@ from worm_tracker.midline.path_following import PathFollowingSettings
 from worm_tracker.midline.regrown_ends import RegrownEndsSettings
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings
 from worm_tracker.midline.strand_shift import StrandShiftSettings
+from worm_tracker.midline.way_by_marks import WayByMarksSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +175,8 @@ class PropagationSettings:
     most_over_limits_of_marked: float = 0.7
     """What a marked body may leave over while an end is less sure than that: it may lie elsewhere.
     10 of 101 such bodies were wrong, of others 1 in 170."""
+    most_over_limits_more_by_marks: float = 0.1
+    """How much more a body may leave over, over what may be, with a loop passed as marks say."""
     most_speck_widths2: float = 4.0
     """Dirt up to this large shows nothing of a body on it, and is nothing that it leaves over."""
     pale_ends: PaleEndSettings = field(default_factory=PaleEndSettings)
@@ -190,6 +193,7 @@ class PropagationSettings:
     )
     """Strands may have crossed unseen wherever they touch, not only where they are exchanged."""
     shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
+    marks: WayByMarksSettings = field(default_factory=WayByMarksSettings)
     slack: HiddenSlackSettings = field(default_factory=HiddenSlackSettings)
     residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
     path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
