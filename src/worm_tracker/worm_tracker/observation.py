@@ -54,7 +54,7 @@ class Observation:
     by_marks : bool
         Whether marks alone tell of some loop which way round it is passed.
     order_known : bool
-        Whether its widths tell that its ends come in the order of the body model.
+        Whether its widths or its marks tell that its ends come in the order of the body model.
     path_number : int
         Of the path that the body is slid along, from 1 on, or from -1 down on a way back; 0 where
         it is not. Midlines of one path have the same order of the ends, however near to itself the

@@ -54,7 +54,7 @@ class PropagatedBody:
         Whether a loop that is in doubt, or that is not to be seen while the body leaves something
         over, was passed the other way round since it was known.
     order_known : bool
-        Whether its widths tell that its ends are in the order of the body model.
+        Whether its widths or its marks tell that its ends are in the order of the body model.
     whole_ends : tuple of bool
         Of each end whether its marks tell that the picture lacks nothing of it.
     clear_ends : tuple of bool

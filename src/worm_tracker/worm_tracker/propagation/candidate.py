@@ -23,8 +23,8 @@ class Candidate:
     straighter : float
         As in `PropagatedBody`: how much straighter it would be with two of its strands exchanged.
     order_score : float or None
-        How well its widths tell that its ends are in the right order (`order_score`); None where
-        that has not been asked yet.
+        How well its widths or its marks tell that its ends are in the right order; None where that
+        has not been asked yet.
     turned_round : bool
         Whether it was followed the wrong way round until now.
     was_exchanged : bool
