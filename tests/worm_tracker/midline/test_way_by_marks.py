@@ -15,7 +15,6 @@ EXCHANGE = StrandExchangeSettings(most_apart_widths=1.0)
 LOOP = [(8.0, 0.0), (1.5 * np.pi * 3.0, 1 / 3.0), (8.0, 0.0)]
 UNCERTAIN = SETTINGS.least_log_odds
 MARKS = marks_from(8)
-WIDTHS = np.full(PLACES, WIDTH)
 
 
 def twisted():
@@ -34,7 +33,7 @@ def path_of_drawn(body):
 
 
 def marks_on(seen, path):
-    return MarksOnPath.on(seen, path, WIDTHS, WIDTH, SETTINGS)
+    return MarksOnPath.on(seen, path, np.full(len(path.curve), WIDTH), WIDTH, SETTINGS)
 
 
 def loops_on(seen, path):

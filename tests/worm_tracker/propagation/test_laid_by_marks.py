@@ -93,4 +93,4 @@ def test_marks_tell_which_end_of_a_body_is_which_where_its_widths_do_not(turned,
     assert search.order_score(candidate(path)) == sign
     found = search.turned_round(candidate(path))
     assert np.abs(found.path.points - PATH.points).max() < 0.1 * WIDTH
-    assert found.turned_round is False, "it lay otherwise in the picture before"
+    assert found.turned_round is False, "so it lay in the picture before, too"

@@ -75,8 +75,8 @@ class Follower:
             if observation.loops_known:
                 return self._with_occlusion(observation, detection.occlusion)
             observation = coiled(detection, observation)  # one status says one thing
-        told_by_place = observation.shows_all and not observation.by_marks
-        if observation.status is Status.COILED or not told_by_place:
+        opens_folds = observation.shows_all and not observation.by_marks
+        if observation.status is Status.COILED or not opens_folds:
             return replace(observation, unresolved=self._kept(detection))
         model = self._track.model
         if model is not None and model.is_young:  # it may be looked at again with another body

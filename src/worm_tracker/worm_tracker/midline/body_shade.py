@@ -102,8 +102,24 @@ def shade_along(signal: Picture, line: Complex, widths: Floats) -> Floats:
         The midline in the picture's coordinates, u + iv.
     widths : ndarray, shape (n,)
     """
+    return np.asarray(interpolate(signal, places_across(line, widths)), np.float64)
+
+
+def places_across(line: Complex, widths: Floats) -> Complex:
+    """Return the places along a body and across it that its shade is known of, u + iv.
+
+    Parameters
+    ----------
+    line : ndarray of complex, shape (n,)
+        The midline.
+    widths : ndarray, shape (n,)
+
+    Returns
+    -------
+    ndarray of complex, shape (n, len(ACROSS))
+    """
     normal = 1j * tangents(line) * widths
-    return np.asarray(interpolate(signal, line[:, None] + normal[:, None] * ACROSS), np.float64)
+    return line[:, None] + normal[:, None] * ACROSS
 
 
 def misjudged_layers(
@@ -134,8 +150,7 @@ def misjudged_layers(
     sure = settings.sure_sds * np.sqrt(
         at_nodes(shade.variance, n) + (settings.least_sd_relative * level) ** 2
     )
-    normal = 1j * tangents(line) * widths
-    at = np.rint((line[:, None] + normal[:, None] * ACROSS).view(np.float64)).astype(np.intp)
+    at = np.rint(places_across(line, widths).view(np.float64)).astype(np.intp)
     h, w = once.shape
     u, v = at[:, 0::2].clip(0, w - 1), at[:, 1::2].clip(0, h - 1)
     dark = signal > one + np.maximum(0.5 * seen.darkening * level, sure)

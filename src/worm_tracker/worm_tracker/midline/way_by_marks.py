@@ -11,8 +11,8 @@ from math import ceil, floor
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Mask
-from worm_tracker.midline.body_shade import ACROSS, ShadedObject, at_nodes, shade_along
-from worm_tracker.midline.curve import median_of, tangents
+from worm_tracker.midline.body_shade import ShadedObject, at_nodes, places_across, shade_along
+from worm_tracker.midline.curve import median_of
 from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.self_cover import SelfCoverSettings, covered_by_others
 from worm_tracker.midline.strand_exchange import (
@@ -90,24 +90,22 @@ class MarksOnPath:
         shaded : ShadedObject
         path : BodyPath
             In the picture's coordinates.
-        widths : ndarray, shape (m,)
-            Of the body from its first end to its last, pixels.
+        widths : ndarray, shape (n,)
+            Of the body at the path's nodes, pixels.
         width : float
             The body's, pixels.
         settings : WayByMarksSettings
         """
         line, n = path.curve, len(path.curve)
-        along = np.interp(np.linspace(0, 1, n), np.linspace(0, 1, len(widths)), widths)
         known = at_nodes(shaded.shade.mean, n)
         slip = np.gradient(known, axis=0) * (settings.slip_widths * width / path.step)
         least = settings.least_sd_relative * median_of(shaded.shade.mean.ravel())
-        at = line[:, None] + (1j * tangents(line) * along)[:, None] * ACROSS
-        margin = settings.margin_widths * width
+        at, margin = places_across(line, widths), settings.margin_widths * width
         covered = covered_by_others(
-            at, line, along / 2, slice(0, n), path.step, margin, settings.cover
+            at, line, widths / 2, slice(0, n), path.step, margin, settings.cover
         )
         return cls(
-            shade_along(shaded.signal, line, along),
+            shade_along(shaded.signal, line, widths),
             known,
             at_nodes(shaded.shade.variance, n) + least**2 + slip**2,
             ~covered,

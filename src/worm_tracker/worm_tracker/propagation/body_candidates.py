@@ -40,6 +40,7 @@ from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import (
     clear_ends,
     end_sd_px_of,
+    half_widths_along,
     most_end_sd_px,
     s_at_end,
     whole_ends,
@@ -243,9 +244,8 @@ class CandidateSearch:
         if self.seen.shaded is None:
             return None
         model = self.model
-        return MarksOnPath.on(
-            self.seen.shaded, path, model.widths, model.width, self.settings.marks
-        )
+        widths = 2 * half_widths_along(path, model)
+        return MarksOnPath.on(self.seen.shaded, path, widths, model.width, self.settings.marks)
 
     def was_turned(self, found: Candidate) -> bool:
         """Tell whether loops in doubt were passed the other way round since they were known."""
