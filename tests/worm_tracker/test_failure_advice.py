@@ -134,7 +134,7 @@ def test_looks_are_few_however_long_the_film_is():
     advice = FailureAdvice(NO_CHAMBER)
     picture = np.full((64, 64), 5, np.uint8)
     looked = []
-    advice._cause = partial(lambda *seen: looked.append(seen))
+    advice._look = partial(lambda *seen: looked.append(seen))
     for _ in range(20_000):
         advice.see(picture, None, Status.NO_WORM, None)
     assert len(looked) < 120

@@ -73,6 +73,29 @@ class FailureAdviceSettings:
 FAILURE_ADVICE = FailureAdviceSettings()
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Look:
+    """A picture that is kept, to be weighed up once that is asked for: that takes long.
+
+    Attributes
+    ----------
+    picture : ndarray of uint8, shape (h, w)
+        Reduced where it was large.
+    arena : ndarray of uint8, shape (h, w), or None
+        Not zero where a worm can be.
+    scale : float
+        Side of the picture over what it was.
+    has_pose, is_rim : bool
+        What the tracker made of it, and whether the worm is a round wall.
+    """
+
+    picture: Picture
+    arena: Picture | None
+    scale: float
+    has_pose: bool
+    is_rim: bool
+
+
 class FailureAdvice:
     """Looks at some of a film's pictures and says at its end what to try, where most have failed.
 
@@ -88,7 +111,7 @@ class FailureAdvice:
     ) -> None:
         self._parameters = parameters
         self._settings = settings
-        self._looks: list[tuple[bool, Cause | None]] = []
+        self._looks: list[_Look] = []
         self._frames = 0
         self._stride = 1
         self._wall: FittedCircle | None = None
@@ -113,7 +136,7 @@ class FailureAdvice:
         self._frames += 1
         if not due:
             return
-        self._looks.append((not status.has_pose, self._cause(picture, arena, status, blob)))
+        self._looks.append(self._look(picture, arena, status, blob))
         if len(self._looks) >= self._settings.most_looks:
             self._looks = self._looks[::2]
             self._stride *= 2
@@ -129,7 +152,8 @@ class FailureAdvice:
         frames = sum(statuses.values())
         failed = {status: n for status, n in statuses.items() if n and not status.has_pose}
         without = sum(failed.values())
-        believed = Counter(cause for _, cause in self._looks if cause in _NEVER_BELIEVED)
+        causes = [self._cause(look) for look in self._looks]
+        believed = Counter(cause for cause in causes if cause in _NEVER_BELIEVED)
         mostly = 2 * without > frames
         said = f"{without} of {frames} frames have no pose" if mostly else "the poses are no worm's"
         for cause, looks in believed.most_common(1):
@@ -137,39 +161,47 @@ class FailureAdvice:
                 return f"{said}: {self._remedy(cause)}"
         if not mostly:
             return ""
-        causes = Counter(cause for is_failed, cause in self._looks if is_failed and cause)
-        looks_at_failed = sum(is_failed for is_failed, _ in self._looks)
-        for cause, looks in causes.most_common(1):
-            if 2 * looks > looks_at_failed:
+        of_failed = [
+            cause for look, cause in zip(self._looks, causes, strict=True) if not look.has_pose
+        ]
+        for cause, looks in Counter(cause for cause in of_failed if cause).most_common(1):
+            if 2 * looks > len(of_failed):
                 return f"{said}: {self._remedy(cause)}"
         status = max(failed, key=lambda one: failed[one])
         return f"{said}: {_BY_STATUS[status]}" if 2 * failed[status] > frames else ""
 
-    def _cause(
+    def _look(
         self, picture: Picture, arena: Picture | None, status: Status, blob: Blob | None
-    ) -> Cause | None:
+    ) -> _Look:
+        """Return what is kept of a picture."""
+        is_rim = self._is_rim(picture, blob)
+        scale = min(self._settings.longest_side_px / max(picture.shape), 1.0)
+        if scale < 1:
+            picture = _reduced(picture, scale)
+            arena = None if arena is None else _reduced(arena, scale, cv2.INTER_NEAREST)
+        else:
+            picture = picture.copy()
+        return _Look(picture, arena, scale, status.has_pose, is_rim)
+
+    def _cause(self, look: _Look) -> Cause | None:
         """Return what is wrong with a picture; of one with a pose only what makes it a mistake."""
-        settings = self._settings
-        if self._parameters.no_chamber and blob is not None and self._is_rim(picture, blob):
+        picture, arena = look.picture, look.arena
+        if look.is_rim:
             return Cause.RIM
-        shrink = settings.longest_side_px / max(picture.shape)
-        if shrink < 1:
-            picture = _reduced(picture, shrink)
-            arena = None if arena is None else _reduced(arena, shrink, cv2.INTER_NEAREST)
         if arena is not None:  # a pixel's width of wall may be in it
             arena = np.asarray(cv2.erode(arena, np.ones((5, 5), np.uint8)), np.uint8)
             if not arena.any():
                 return None
-        seen = _StandsOut.of(picture, arena, settings)
+        seen = _StandsOut.of(picture, arena, self._settings)
         if seen.is_bright:
             return Cause.POLARITY
-        if status.has_pose:
+        if look.has_pose:
             return None
         inside = picture if arena is None else picture[arena > 0]
         exposure = self._exposure(inside)
         if exposure is not None:
             return exposure
-        if self._parameters.chamber_given and self._is_other_circle(picture, shrink):
+        if self._parameters.chamber_given and self._is_other_circle(picture, look.scale):
             return Cause.OTHER_CIRCLE
         if seen.several:
             return Cause.SEVERAL
@@ -183,8 +215,10 @@ class FailureAdvice:
         white = float(np.mean(as_filmed >= SATURATED))
         return Cause.WHITE if white > self._settings.most_white else None
 
-    def _is_rim(self, picture: Picture, blob: Blob) -> bool:
+    def _is_rim(self, picture: Picture, blob: Blob | None) -> bool:
         """Tell whether the object that is taken for the worm is a round wall."""
+        if blob is None or not self._parameters.no_chamber:
+            return False
         u0, v0, u1, v1 = blob.box
         if 4 * min(u1 - u0, v1 - v0) < 3 * max(u1 - u0, v1 - v0) and not blob.hole_area:
             return False
@@ -194,9 +228,9 @@ class FailureAdvice:
                 return True
         return False
 
-    def _is_other_circle(self, picture: Picture, shrink: float) -> bool:
+    def _is_other_circle(self, picture: Picture, scale: float) -> bool:
         """Tell whether the wall that is seen is elsewhere than the circle that was given."""
-        given, scale = self._parameters, min(shrink, 1.0)
+        given = self._parameters
         walls = find_circles(picture, CircleFitSettings())
         for wall in walls:
             off = np.hypot(
