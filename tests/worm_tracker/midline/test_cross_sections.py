@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose
 from worm_tracker.midline.cross_sections import (
     Covers,
     CrossSectionSettings,
-    _find_edges,
+    _edge,
     _sample_across,
     cross_sections,
 )
@@ -42,24 +42,39 @@ def test_where_there_is_no_place_there_is_no_signal(nowhere):
     assert (found == np.array([[200.0], [0.0], [200.0]])).all()
 
 
-@given(seed=st.integers(0, 99), tip=st.booleans())
+@given(seed=st.integers(0, 99), tip=st.booleans(), outwards=st.sampled_from([-1, 1]))
 @settings(max_examples=30)
-def test_an_edge_is_the_fall_nearest_to_its_place_and_at_a_tip_the_first(seed, tip):
+def test_an_edge_is_the_fall_nearest_to_its_place_and_at_a_tip_the_first(seed, tip, outwards):
     rng = np.random.default_rng(seed)
-    profiles = rng.integers(0, 200, (40, 25)).astype(np.float32)
-    threshold, half = rng.uniform(20.0, 180.0, 40), rng.uniform(1.0, 20.0, 40)
-    seen, edges = rng.random(40) < 0.9, np.empty(40)
-    _find_edges(profiles, threshold, seen, half, np.full(40, tip), edges)
-    for profile, height, there, place, edge in zip(
-        profiles, threshold, seen, half, edges, strict=True
-    ):
-        falls = np.flatnonzero((profile[:-1] >= height) & (profile[1:] < height))
-        if not there or not falls.size:
+    for _ in range(40):
+        profile = rng.integers(0, 200, 49).astype(np.float32)
+        height, half = rng.uniform(20.0, 180.0), rng.uniform(1.0, 20.0)
+        edge = _edge(profile, outwards, height, half, tip)
+        side = profile[24::outwards]
+        falls = np.flatnonzero((side[:-1] >= height) & (side[1:] < height))
+        if not falls.size:
             assert edge == np.inf
             continue
-        assert_allclose(np.interp(edge, np.arange(25), profile), height, atol=1e-3)
-        place = 0.0 if tip else place - 0.5
+        assert_allclose(np.interp(edge, np.arange(25), side), height, atol=1e-3)
+        place = 0.0 if tip else half - 0.5
         assert np.abs(np.floor(edge) - place) <= np.abs(falls - place).min() + 1e-9
+
+
+def test_where_both_sides_of_an_edge_look_alike_it_is_not_told():
+    line = 20 + 40j + 1.5 * np.arange(60)
+    drawn = np.zeros((80, 140), np.uint8)
+    drawn[33:48] = LEVEL
+    n, none = len(line), Covers.none(60)
+    body = np.full(n, WIDTH / 2), np.full(n, LEVEL), WIDTH, 5
+    beyond = np.tile([False, True], (n, 1))
+    covered = Covers(none.middle, none.either, none.inside, beyond, LEVEL, 0.0, 0.0)
+    free, beside = (
+        cross_sections(drawn, line, *body, covers, CrossSectionSettings())
+        for covers in (none, covered)
+    )
+    inner = slice(8, -8)
+    assert (beside.weight[inner] < free.weight[inner]).all()
+    assert (beside.weight[inner] > 0).all()
 
 
 @given(aside=st.floats(-2.0, 2.0), turn=st.floats(-0.02, 0.02))

@@ -8,7 +8,6 @@ from numpy.testing import assert_allclose
 from worm_tracker.midline.curve import TRACKED_POINTS, length_of
 from worm_tracker.midline.deformable_fit import (
     BodyFitSettings,
-    _list_pixels,
     _normal_equations,
     _pull,
     _Series,
@@ -60,16 +59,6 @@ def test_points_move_with_each_value_as_their_derivative_says(seed, value):
     body, by = _Series(values, 320.0), 1e-5 * np.eye(len(values))[value]
     moved = (_Series(values + by, 320.0).points() - _Series(values - by, 320.0).points()) / 2e-5
     assert_allclose(body.derivative()[:, :, value], moved, atol=1e-4)
-
-
-@given(seed=st.integers(0, 2**32 - 1), stride=st.integers(1, 9))
-def test_each_so_many_th_pixel_of_a_mask_is_listed(seed, stride):
-    near = (np.random.default_rng(seed).random((40, 60)) < 0.4).astype(np.uint8)
-    v, u = np.nonzero(near)
-    expected = np.stack([u, v], axis=1)[::stride]
-    pixels = np.full(expected.shape, -1, np.int64)
-    _list_pixels(near, stride, pixels)
-    np.testing.assert_array_equal(pixels, expected)
 
 
 def test_a_body_that_has_swung_aside_is_found_again():

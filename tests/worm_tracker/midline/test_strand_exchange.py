@@ -55,6 +55,7 @@ def test_strands_meet_where_their_distance_is_least_about(waves, nodes, most_apa
     s = np.linspace(0.0, 1.0, nodes)
     heading = 2 * np.pi * sum(size * np.sin(2 * np.pi * turns * s) for size, turns in waves)
     curve = np.cumsum(np.exp(1j * heading)) * 30 * WIDTH / nodes
+    curve += 1e-3 * np.random.default_rng(0).normal(size=(nodes, 2)) @ [1, 1j]  # no two are alike
     step = 30 * WIDTH / nodes
     node = np.arange(len(curve[::2]))
     apart = np.abs(curve[::2, None] - curve[::2])

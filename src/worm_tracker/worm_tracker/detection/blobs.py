@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.intervals import SD_OF_MAD
 from worm_tracker.midline.curve import transformed_points
+from worm_tracker.midline.occupied_part import occupied_part
 
 Window = tuple[slice, slice]
 """Rows and columns of a part of the picture."""
@@ -200,7 +201,8 @@ def several_of_area(blobs: list[Blob], area: float, settings: BlobSettings) -> b
 
 def thickness(mask: Picture) -> float:
     """Return the width of what is thickest in a mask, at least 3 pixels."""
-    return max(2 * float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max()) - 1, 3.0)
+    away = cv2.distanceTransform(occupied_part(mask), cv2.DIST_L2, 5)
+    return max(2 * float(away.max()) - 1, 3.0)
 
 
 def holds_wormlike_piece(mask: Picture, width: float, settings: BlobSettings) -> bool:

@@ -23,6 +23,7 @@ from worm_tracker.midline.body_shade import (
     misjudged_layers,
 )
 from worm_tracker.midline.mask_centroid import mask_centroid
+from worm_tracker.midline.occupied_part import occupied_part
 from worm_tracker.midline.path import sharp_turns
 from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
 
@@ -241,8 +242,8 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
             overlap = _largest_area(_shrunk(single, rim)) + _largest_area(pale)
     scale = seen.width**-2
     return Unexplained(
-        _largest_area(_without_specks(left_over)) * scale,
-        _largest_area(_without_specks(in_water)) * scale,
+        _largest_area(left_over, without_specks=True) * scale,
+        _largest_area(in_water, without_specks=True) * scale,
         overlap * scale,
         cv2.countNonZero(mask & body) / max(cv2.countNonZero(mask | body), 1),
         np.asarray(wanted, np.uint8),
@@ -260,6 +261,9 @@ def dark_places(
     return np.asarray(dark, np.uint8)
 
 
+_SPECK = np.ones((2, 2), np.uint8)
+
+
 @cache
 def _kernel(half: int) -> NDArray[np.uint8]:
     size = 2 * half + 1
@@ -274,19 +278,26 @@ def _shrunk(mask: Image, radius: float) -> Image:
     return cv2.erode(mask, _kernel(max(1, round(radius))))
 
 
-def _without_specks(mask: Image) -> Image:
-    return cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((2, 2), np.uint8))
+def _largest_area(mask: Image, *, without_specks: bool = False) -> float:
+    """Return the area of the largest connected piece of a mask, pixels.
 
-
-def _largest_area(mask: Image) -> float:
-    """Return the area of the largest connected piece of a mask, pixels."""
-    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    Parameters
+    ----------
+    mask : ndarray of uint8, shape (h, w)
+    without_specks : bool
+        Leave out what is one pixel thin.
+    """
+    part = occupied_part(np.asarray(mask, np.uint8))
+    shown: Image = part
+    if without_specks:
+        shown = cv2.morphologyEx(part, cv2.MORPH_OPEN, _SPECK)
+    outlines, _ = cv2.findContours(shown, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     boxes = sorted(map(cv2.boundingRect, outlines), key=lambda box: -box[2] * box[3])
     largest = 0.0
     for u, v, w, h in boxes:
         if w * h <= largest:
             break
-        part = mask[v : v + h, u : u + w]
-        _, _, stats, _ = cv2.connectedComponentsWithStats(part, connectivity=8)
+        piece = shown[v : v + h, u : u + w]
+        _, _, stats, _ = cv2.connectedComponentsWithStats(piece, connectivity=8)
         largest = max(largest, float(stats[1:, cv2.CC_STAT_AREA].max()))
     return largest

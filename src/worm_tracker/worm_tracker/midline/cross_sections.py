@@ -6,13 +6,14 @@ has no edge where the body's could be tells nothing.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numba import types
 
 from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask, Picture
-from worm_msgs_py.compiled import array_read, array_written, compiled_for
+from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
 from worm_tracker.midline.curve import tangents
 from worm_tracker.midline.edges import PROFILE_STEP_PX
 
@@ -129,49 +130,61 @@ def cross_sections(
     reach = int(settings.edge_reach_widths * width / PROFILE_STEP_PX) + 1
     offsets = PROFILE_STEP_PX * np.arange(-reach, reach + 1, dtype=np.float64)
     profiles = _across(signal, path, 1j * tangents(path), offsets)
-    core_nodes = round(settings.level_half_width_widths * width / PROFILE_STEP_PX)
-    spine_nodes = round(settings.level_half_width_at_tip_px / PROFILE_STEP_PX)
-    core, spine = (
-        profiles[:, reach - k : reach + k + 1].mean(axis=1)
-        for k in (max(1, core_nodes), spine_nodes)
-    )
-    node = np.arange(len(path))
-    tip = (node < tip_nodes) | (node >= len(path) - tip_nodes)
-    own = np.clip(core, settings.lowest_level_over_known * level, level)
-    own = np.where(covers.middle, level, own)
-    left, right = (
-        _edges_of_profiles(outwards, *_edge_height(own, covers, side, settings), half, tip)
-        for side, outwards in enumerate((profiles[:, reach::-1], profiles[:, reach:]))
-    )
-    body = core > settings.edge_over_body_level * level
-    shift, weight = _middles(left, right, half, body, width, tip, settings)
+    n = len(path)
+    shift, weight, spine = np.zeros(n), np.zeros(n), np.empty(n, np.float32)
+    seen = _Sections(profiles, half, level, covers.middle, covers.inside, covers.outside)
+    _measure(*seen, _measuring(width, tip_nodes, covers, settings), shift, weight, spine)
     return CrossSections(shift, weight, spine)
 
 
-def _middles(
-    left: Floats,
-    right: Floats,
-    half: Floats,
-    body: Mask,
-    width: float,
-    tip: Mask,
-    settings: CrossSectionSettings,
-) -> tuple[Floats, Floats]:
-    """Return how far to the side the middle of each cross-section is, and one over its variance."""
-    n = len(half)
-    across = right + left
-    gate = settings.most_width_difference_widths * width
-    both = body & np.where(tip, across < width + gate, np.abs(across - 2 * half) < gate)
-    shift = np.zeros(n)
-    shift[both] = (right[both] - left[both]) / 2
-    weight = np.where(both, (settings.two_edges_sd_widths * width) ** -2, 0.0)
-    # Of two edges that do not make the body's width, the one nearer to its place is believed.
-    off_right, off_left = right - half, half - left
-    lone = np.where(np.abs(off_right) <= np.abs(off_left), off_right, off_left)
-    one = body & ~both & ~tip & (np.abs(lone) < settings.most_one_edge_shift_widths * width)
-    shift[one] = lone[one]
-    weight[one] = (settings.one_edge_sd_widths * width) ** -2
-    return shift, weight
+class _Sections(NamedTuple):
+    """Profiles across a path, and what is expected at each of its nodes."""
+
+    profiles: Floats32
+    half: Floats
+    level: Floats
+    middle: Mask
+    inside: Mask
+    outside: Mask
+
+
+class _Measuring(NamedTuple):
+    """How profiles are measured: numbers of their steps, grey levels, pixels."""
+
+    core_nodes: int
+    spine_nodes: int
+    tip_nodes: int
+    width: float
+    cover_level: float
+    darkening: float
+    edge_over_level: float
+    lowest_over_level: float
+    least_darkening: float
+    most_width_difference_px: float
+    most_one_edge_shift_px: float
+    two_edges_weight: float
+    one_edge_weight: float
+
+
+def _measuring(
+    width: float, tip_nodes: int, covers: Covers, settings: CrossSectionSettings
+) -> _Measuring:
+    core_nodes = round(settings.level_half_width_widths * width / PROFILE_STEP_PX)
+    return _Measuring(
+        max(1, core_nodes),
+        round(settings.level_half_width_at_tip_px / PROFILE_STEP_PX),
+        tip_nodes,
+        width,
+        covers.level,
+        covers.darkening,
+        settings.edge_over_body_level,
+        settings.lowest_level_over_known,
+        settings.least_darkening,
+        settings.most_width_difference_widths * width,
+        settings.most_one_edge_shift_widths * width,
+        (settings.two_edges_sd_widths * width) ** -2,
+        (settings.one_edge_sd_widths * width) ** -2,
+    )
 
 
 def _across(signal: Picture, path: Complex, normal: Complex, offsets: Floats) -> Floats32:
@@ -238,52 +251,98 @@ def _interpolated(signal: Picture, at: Floats32) -> Floats32:
     return np.asarray(values, np.float32)
 
 
-def _edges_of_profiles(
-    profiles: Floats32, threshold: Floats, seen: Mask, half: Floats, tip: Mask
-) -> Floats:
-    """Return where each profile, from the middle outwards, has its edge; infinity for none."""
-    edges = np.empty(len(profiles))
-    _find_edges(profiles, threshold, seen, half / PROFILE_STEP_PX, tip, edges)
-    return PROFILE_STEP_PX * edges
+@compiled
+def _mean_about(profile: Floats32, middle: int, reach: int) -> np.float32:
+    """Return the mean of a profile about its middle; its values are whole, so that sums are."""
+    total = np.float32(0.0)
+    for k in range(middle - reach, middle + reach + 1):
+        total += profile[k]
+    return np.float32(total / np.float32(2 * reach + 1))
 
 
-def _edge_height(
-    own: Floats, covers: Covers, side: int, settings: CrossSectionSettings
-) -> tuple[Floats, Mask]:
-    """Return the signal half-way over each edge of the body, and where there is none to be seen."""
-    inside, outside = covers.inside[:, side], covers.outside[:, side]
+@compiled
+def _edge_height(own: float, inside: bool, outside: bool, how: _Measuring) -> float:
+    """Return the signal half-way over an edge of the body; infinity where none is to be seen."""
     # Where the body lies on another part it is darker, and its edge is that of what it adds.
-    above = np.where(inside, covers.level + covers.darkening * own, own)
-    below = np.where(outside, covers.level, 0.0)
-    seen = above - below > settings.least_darkening * own
-    return below + settings.edge_over_body_level * (above - below), seen
+    above = how.cover_level + how.darkening * own if inside else own
+    below = how.cover_level if outside else 0.0
+    if above - below > how.least_darkening * own:
+        return below + how.edge_over_level * (above - below)
+    return np.inf
+
+
+@compiled
+def _edge(profile: Floats32, outwards: int, height: float, half: float, tip: bool) -> float:
+    """Return where a profile falls below a height, nearest to where its edge should be, in steps.
+
+    At a tip, whose width is not known, where it first does; infinity where it does not. From its
+    middle to the one side or the other (`outwards` 1 or -1).
+    """
+    middle = len(profile) // 2
+    expected = 0.0 if tip else half - 0.5
+    nearest, edge = np.inf, np.inf
+    for k in range(middle):
+        near, next_one = profile[middle + outwards * k], profile[middle + outwards * (k + 1)]
+        if near >= height > next_one and abs(k - expected) < nearest:
+            nearest = abs(k - expected)
+            edge = k + (near - height) / (near - next_one)
+    return edge
+
+
+@compiled
+def _middle_of(
+    left: float, right: float, half: float, tip: bool, how: _Measuring
+) -> tuple[float, float]:
+    """Return how far to the side the middle of a cross-section is, and one over its variance."""
+    across, gate = right + left, how.most_width_difference_px
+    both = across < how.width + gate if tip else abs(across - 2 * half) < gate
+    if both:
+        return (right - left) / 2, how.two_edges_weight
+    # Of two edges that do not make the body's width, the one nearer to its place is believed.
+    off_right, off_left = right - half, half - left
+    lone = off_right if abs(off_right) <= abs(off_left) else off_left
+    if not tip and abs(lone) < how.most_one_edge_shift_px:
+        return lone, how.one_edge_weight
+    return 0.0, 0.0
 
 
 @compiled_for(
     array_read(types.float32, 2),
     array_read(types.float64),
-    array_read(types.boolean),
     array_read(types.float64),
     array_read(types.boolean),
+    array_read(types.boolean, 2),
+    array_read(types.boolean, 2),
+    types.NamedTuple((types.int64,) * 3 + (types.float64,) * 10, _Measuring),
     array_written(types.float64),
+    array_written(types.float64),
+    array_written(types.float32),
 )
-def _find_edges(
-    profiles: Floats32, threshold: Floats, seen: Mask, half: Floats, tip: Mask, edges: Floats
+def _measure(
+    profiles: Floats32,
+    half: Floats,
+    level: Floats,
+    covered: Mask,
+    inside: Mask,
+    outside: Mask,
+    how: _Measuring,
+    shift: Floats,
+    weight: Floats,
+    spine: Floats32,
 ) -> None:
-    """Fill in where each profile falls below its threshold, nearest to where its edge should be.
-
-    At a tip, whose width is not known, where it first does; infinity where it does not. In steps of
-    the profiles, as `half` the width is.
-    """
-    for node in range(len(profiles)):
-        edges[node] = np.inf
-        if not seen[node]:
+    """Fill in what is seen across each node; `shift` and `weight` are zero before."""
+    n, middle = len(profiles), profiles.shape[1] // 2
+    for k in range(n):
+        profile, tip = profiles[k], k < how.tip_nodes or k >= n - how.tip_nodes
+        core = _mean_about(profile, middle, how.core_nodes)
+        spine[k] = _mean_about(profile, middle, how.spine_nodes)
+        if not core > how.edge_over_level * level[k]:
             continue
-        profile, height = profiles[node], threshold[node]
-        expected = 0.0 if tip[node] else half[node] - 0.5
-        nearest = np.inf
-        for k in range(len(profile) - 1):
-            if profile[k] >= height > profile[k + 1] and abs(k - expected) < nearest:
-                nearest = abs(k - expected)
-                part = (profile[k] - height) / (profile[k] - profile[k + 1])
-                edges[node] = k + part
+        own = min(max(core, how.lowest_over_level * level[k]), level[k])
+        own = level[k] if covered[k] else own
+        steps = half[k] / PROFILE_STEP_PX
+        height = _edge_height(own, inside[k, 0], outside[k, 0], how)
+        left = PROFILE_STEP_PX * _edge(profile, -1, height, steps, tip)
+        height = _edge_height(own, inside[k, 1], outside[k, 1], how)
+        right = PROFILE_STEP_PX * _edge(profile, 1, height, steps, tip)
+        shift[k], weight[k] = _middle_of(left, right, half[k], tip, how)

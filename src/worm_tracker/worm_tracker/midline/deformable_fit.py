@@ -199,12 +199,23 @@ def _squared_distance(at: complex, other: complex) -> float:
 
 
 @compiled
-def _nearest_node(curve: Complex, middles: Complex, reach: Floats, at: complex, guess: int) -> int:
-    """Return the node of a curve nearest to a point: a guess, or one in a block that comes near."""
+def _nearest_node(
+    curve: Complex, middles: Complex, reach: Floats, away: Floats, at: complex, guess: int
+) -> int:
+    """Return the node of a curve nearest to a point: a guess, or one in a block that comes near.
+
+    The block whose middle is nearest is looked at first, so that few others come near enough.
+    """
+    nearest_block = 0
+    for block in range(len(middles)):
+        away[block] = _squared_distance(at, middles[block])
+        if away[block] < away[nearest_block]:
+            nearest_block = block
     best, least2 = guess, _squared_distance(at, curve[guess])
     least = np.sqrt(least2)
-    for block in range(len(middles)):
-        if _squared_distance(at, middles[block]) >= (least + reach[block]) ** 2:
+    for turn in range(-1, len(middles)):
+        block = nearest_block if turn < 0 else turn
+        if away[block] >= (least + reach[block]) ** 2 or turn == nearest_block:
             continue
         for k in range(block * _BLOCK_NODES, min((block + 1) * _BLOCK_NODES, len(curve))):
             away2 = _squared_distance(at, curve[k])
@@ -212,6 +223,16 @@ def _nearest_node(curve: Complex, middles: Complex, reach: Floats, at: complex, 
                 best, least2 = k, away2
         least = np.sqrt(least2)
     return best
+
+
+@compiled
+def _inner_tangents(curve: Complex) -> Complex:
+    """Return the unit tangents of a curve's segments at their first nodes; 0 at its two ends."""
+    tangents = np.zeros(len(curve), np.complex128)
+    for node in range(1, len(curve) - 1):
+        segment = curve[node + 1] - curve[node]
+        tangents[node] = segment / max(abs(segment), 1e-9)
+    return tangents
 
 
 @compiled_for(
@@ -239,21 +260,18 @@ def _pull(
     Its nearest node, how its drawn shade changes with where that node is, and how much darker it is
     than drawn.
     """
-    last = len(curve) - 1
     middles, reach = _blocks_of_nodes(curve)
-    node = 0
+    tangents = _inner_tangents(curve)
+    blocks_away, node = np.empty(len(middles)), 0
     for j in range(len(pixels)):
         at = complex(pixels[j, 0], pixels[j, 1])
-        node = _nearest_node(curve, middles, reach, at, node)
+        node = _nearest_node(curve, middles, reach, blocks_away, at, node)
         away = at - curve[node]
-        if 0 < node < last:
-            tangent = curve[node + 1] - curve[node]
-            tangent /= max(abs(tangent), 1e-9)
-            away -= (away * tangent.conjugate()).real * tangent
-        distance = abs(away)
+        away -= (away * tangents[node].conjugate()).real * tangents[node]
+        distance = np.sqrt(away.real * away.real + away.imag * away.imag)
         drawn = 1 / (1 + np.exp(min(max((distance - half[node]) / soft, -30.0), 30.0)))
-        away *= drawn * (1 - drawn) / soft / max(distance, 1e-6)
-        nearest[j], pull[j, 0], pull[j, 1] = node, away.real, away.imag
+        by = drawn * (1 - drawn) / soft / max(distance, 1e-6)
+        nearest[j], pull[j, 0], pull[j, 1] = node, by * away.real, by * away.imag
         residual[j] = target[pixels[j, 1], pixels[j, 0]] - drawn
 
 
@@ -318,21 +336,7 @@ def _sampled_pixels(
     near = (target > 0).astype(np.uint8)
     line = [np.rint(curve * 16).astype(np.int32)]
     cv2.polylines(near, line, False, 1, max(1, round(4 * half)), shift=4)
-    count = cv2.countNonZero(near)
-    stride = max(1, -(-count // _MOST_PIXELS))
-    pixels = np.empty((-(-count // stride), 2), np.int64)
-    _list_pixels(near, stride, pixels)
-    return pixels, float(stride)
-
-
-@compiled_for(array_read(types.uint8, 2), types.int64, array_written(types.int64, 2))
-def _list_pixels(near: Picture, stride: int, pixels: NDArray[np.int64]) -> None:
-    """Fill in each so many-th pixel (u, v) that is not zero, row by row."""
-    seen, listed = 0, 0
-    for v in range(near.shape[0]):
-        for u in range(near.shape[1]):
-            if near[v, u]:
-                if seen % stride == 0:
-                    pixels[listed, 0], pixels[listed, 1] = u, v
-                    listed += 1
-                seen += 1
+    at = np.flatnonzero(near.view(np.bool_))
+    stride = max(1, -(-len(at) // _MOST_PIXELS))
+    v, u = np.divmod(at[::stride], near.shape[1])
+    return np.stack([u, v], axis=1), float(stride)

@@ -10,11 +10,11 @@ for along the path; one that cannot be seen follows from the other and from the 
 
 from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
-from scipy.linalg import solveh_banded
+from numba import types
 
 from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.body_ends import BodyEnd, BodyEndsSettings, find_ends
 from worm_tracker.midline.cross_sections import (
     Covers,
@@ -24,11 +24,8 @@ from worm_tracker.midline.cross_sections import (
     interpolate,
 )
 from worm_tracker.midline.curve import (
-    as_complex,
-    as_points,
     complex_arc_length,
     cubic_through,
-    reflected_ends,
     tangents,
     turn_about,
 )
@@ -42,6 +39,7 @@ from worm_tracker.midline.path import (
     evenly,
     nodes_for,
 )
+from worm_tracker.midline.path_shift import PathShiftSettings, moved_to_middle
 from worm_tracker.midline.self_cover import (
     SelfCoverSettings,
     covered_by_others,
@@ -60,14 +58,6 @@ class PathFollowingSettings:
     """How near to where the body ended it may end now: its width is not known there."""
     measurements: int = 3
     """Times that cross-sections are measured; the path is corrected in between."""
-    unseen_offset_sd_widths: float = 0.35
-    """How far an unseen part may lie beside the path."""
-    turn_sd_rad: float = 0.25
-    """How far a stretch of a width may turn against the path."""
-    bend_sd_rad_per_width: float = 0.5
-    """How far its direction may bend against the path's within a width."""
-    smoothing_widths: float = 0.3
-    """Scale below which the path's wiggles are noise."""
     least_length_over_expected: float = 0.5
     """Part of the expected length that must be on the path."""
     tip_search_px: float = 4.0
@@ -84,6 +74,7 @@ class PathFollowingSettings:
     continuation: ContinuationSettings = field(default_factory=ContinuationSettings)
     bends: SharpBendSettings = field(default_factory=SharpBendSettings)
     sections: CrossSectionSettings = field(default_factory=CrossSectionSettings)
+    shift: PathShiftSettings = field(default_factory=PathShiftSettings)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -165,7 +156,7 @@ def slide_along_path(
     along = _expected_body(view, extended)
     seen = _measured(view, extended, along)
     for k in range(settings.measurements - 1):
-        extended = _bends_moved(view, _moved_to_middle(extended, seen, width, settings), along)
+        extended = _bends_moved(view, _in_middle(extended, seen, width, settings), along)
         if k == 0 or k == settings.measurements - 2:
             along = _expected_body(view, extended)
         seen = _measured(view, extended, along)
@@ -184,10 +175,8 @@ def _expected_body(view: _View, extended: _Extended) -> _Along:
     level = np.interp(part, grid, body.levels)
     if not lies_near_itself(curve, body.width, step):
         return _Along(half, level, Covers.none(n))
-    normal, blur = 1j * tangents(curve), settings.edge_blur_px
-    beside = (normal * half)[:, None] + (normal * blur)[:, None] * np.array([-1.0, 1.0])
-    middle = curve[:, None]
-    at = np.hstack([middle, middle, middle - beside, middle + beside])
+    blur, at = settings.edge_blur_px, np.empty((n, 6), np.complex128)
+    _fill_beside(curve, half, blur, at)
     margins = blur * np.array([-2.0, 2.0, 0.0, 0.0, 0.0, 0.0])
     extent = slice(max(round(first), 0), max(round(last), 0) + 1)
     covered = covered_by_others(at, curve, half, extent, step, margins, settings.cover)
@@ -202,6 +191,27 @@ def _expected_body(view: _View, extended: _Extended) -> _Along:
         darkening=body.darkening,
     )
     return _Along(half, level, covers)
+
+
+@compiled_for(
+    array_read(types.complex128),
+    array_read(types.float64),
+    types.float64,
+    array_written(types.complex128, 2),
+)
+def _fill_beside(curve: Complex, half: Floats, blur: float, at: Complex) -> None:
+    """Fill in, for each node, itself twice, and points within and beyond its left and right edge.
+
+    These are a blur off the edge.
+    """
+    last = len(curve) - 1
+    for k in range(last + 1):
+        tangent = curve[min(k + 1, last)] - curve[max(k - 1, 0)]
+        normal = 1j * tangent / max(abs(tangent), 1e-9)
+        within, beyond = normal * (half[k] - blur), normal * (half[k] + blur)
+        at[k, 0] = at[k, 1] = curve[k]
+        at[k, 2], at[k, 3] = curve[k] - within, curve[k] - beyond
+        at[k, 4], at[k, 5] = curve[k] + within, curve[k] + beyond
 
 
 def _within_bend(
@@ -230,34 +240,11 @@ def _measured(view: _View, extended: _Extended, along: _Along) -> CrossSections:
     )
 
 
-def _moved_to_middle(
+def _in_middle(
     extended: _Extended, seen: CrossSections, width: float, settings: PathFollowingSettings
 ) -> _Extended:
-    """Move a path to the middle of its cross-sections, smoothly, and even its steps.
-
-    The shifts minimise their squared misfits, each over its variance, plus those of the priors: an
-    unseen part stays on the path, and shifts neither turn nor bend it much.
-    """
-    share = extended.step / width  # of a width, between two nodes
-    turn = share / (settings.turn_sd_rad * extended.step) ** 2
-    bend = share / (settings.bend_sd_rad_per_width * extended.step * share) ** 2
-    banded = np.zeros((3, len(extended.curve)))
-    banded[2] = seen.weight * share + share / (settings.unseen_offset_sd_widths * width) ** 2
-    banded[2, 1:] += turn
-    banded[2, :-1] += turn
-    banded[1, 1:] -= turn
-    banded[2, 2:] += bend
-    banded[2, 1:-1] += 4 * bend
-    banded[2, :-2] += bend
-    banded[1, 1:-1] -= 2 * bend
-    banded[1, 2:] -= 2 * bend
-    banded[0, 2:] += bend
-    shift = solveh_banded(banded, seen.weight * share * seen.shift)
-    moved = extended.curve + 1j * tangents(extended.curve) * shift
-    # Smoothed once, a curve would be pulled inwards; smoothed back by the same, it keeps its bends.
-    sigma = settings.smoothing_widths * width / extended.step
-    once = _smoothed(moved, sigma)
-    curve = evenly(2 * once - _smoothed(once, sigma), len(moved))
+    """Move a path to the middle of its cross-sections."""
+    curve = moved_to_middle(extended.curve, extended.step, seen, width, settings.shift)
     step = float(complex_arc_length(curve)[-1]) / (len(curve) - 1)
     return _Extended(curve, step, extended.beyond, extended.ways)
 
@@ -277,14 +264,6 @@ def _bends_moved(view: _View, extended: _Extended, along: _Along) -> _Extended:
         return extended
     step = float(complex_arc_length(curve)[-1]) / (len(curve) - 1)
     return replace(extended, curve=curve, step=step)
-
-
-def _smoothed(curve: Complex, sigma: float) -> Complex:
-    """Smooth a curve along itself without pulling its ends in."""
-    padded, pad = reflected_ends(curve, sigma)
-    size = (1, 2 * pad + 1)
-    blurred = cv2.GaussianBlur(as_points(padded), size, sigma, sigmaY=sigma)
-    return as_complex(np.asarray(blurred[pad:-pad], np.float64))
 
 
 def _cut_at_ends(

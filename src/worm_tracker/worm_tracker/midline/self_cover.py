@@ -12,7 +12,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask
-from worm_msgs_py.compiled import array_read, array_written, compiled_for
+from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
 from worm_tracker.midline.curve import median_of
 
 
@@ -66,10 +66,18 @@ def covered_by_others(
     radius2 = np.maximum(half[parts, None] + margins, 0.0).astype(np.float32) ** 2
     covered = np.zeros(at.shape, np.bool_)
     if radius2.size:
-        # Most nodes and discs are far apart: only what is left is looked at closely.
-        far = float(np.abs(at - path[:, None]).max()) + float(np.sqrt(radius2.max())) + 1.0
-        _cover(at, path, parts, radius2, apart, far, covered)
+        _cover(at, path, parts, radius2, apart, float(np.sqrt(radius2.max())), covered)
     return covered
+
+
+@compiled
+def _farthest(points: Complex, place: complex) -> float:
+    """Return how far the farthest of some points is from a place."""
+    most2 = 0.0
+    for point in points:
+        du, dv = point.real - place.real, point.imag - place.imag
+        most2 = max(most2, du * du + dv * dv)
+    return float(np.sqrt(most2))
 
 
 @compiled_for(
@@ -87,22 +95,33 @@ def _cover(
     parts: NDArray[np.intp],
     radius2: Floats32,
     apart: float,
-    far: float,
+    most_radius: float,
     covered: Mask,
 ) -> None:
-    """Mark the points that lie in a disc about a node of another part."""
+    """Mark the points that lie in a disc about a node of another part.
+
+    Most nodes and discs are far apart: only what is left is looked at closely. No two discs that
+    follow on each other are farther apart than the longest way between two of them: where one is
+    far beyond reach, so are some of the next.
+    """
+    longest = 1e-9
+    for disc in range(1, len(parts)):
+        longest = max(longest, abs(path[parts[disc]] - path[parts[disc - 1]]))
     for node in range(len(path)):
-        for disc in range(len(parts)):
-            if abs(node - parts[disc]) <= apart:
-                continue
+        far, disc = _farthest(at[node], path[node]) + most_radius + 1.0, 0
+        while disc < len(parts):
             middle = path[parts[disc]]
             du, dv = path[node].real - middle.real, path[node].imag - middle.imag
-            if du * du + dv * dv >= far * far:
+            away2 = du * du + dv * dv
+            if away2 >= far * far:
+                disc += 1 + int((np.sqrt(away2) - far) / longest)
                 continue
-            for k in range(at.shape[1]):
-                du, dv = at[node, k].real - middle.real, at[node, k].imag - middle.imag
-                if du * du + dv * dv < radius2[disc, k]:
-                    covered[node, k] = True
+            if abs(node - parts[disc]) > apart:
+                for k in range(at.shape[1]):
+                    du, dv = at[node, k].real - middle.real, at[node, k].imag - middle.imag
+                    if du * du + dv * dv < radius2[disc, k]:
+                        covered[node, k] = True
+            disc += 1
 
 
 def lies_near_itself(path: Complex, width: float, step: float, far_widths: float = 2.2) -> bool:

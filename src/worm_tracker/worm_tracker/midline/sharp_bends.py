@@ -85,8 +85,11 @@ def bends_at_edges(
 def _sharpest(curve: Complex, width: float, step: float, settings: SharpBendSettings) -> list[int]:
     """Return the nodes in the middle of each sharp bend."""
     over = max(1, round(settings.half_stretch_widths * width / step))
-    turn, within = turn_about(curve, 0), np.abs(turn_about(curve, over))
-    middles = []
+    within = np.abs(turn_about(curve, over))
+    middles: list[int] = []
+    if within.max() <= settings.least_turn_rad:
+        return middles
+    turn = turn_about(curve, 0)
     while within.max() > settings.least_turn_rad:
         k = int(within.argmax())
         near = slice(max(k - over, 0), k + over + 1)

@@ -168,20 +168,26 @@ def _fill_polygon(
         m = (k + 1) % count
         area += corners_u[k] * corners_v[m] - corners_u[m] * corners_v[k]
     turn = 1.0 if area >= 0 else -1.0
+    # Within an edge, or beyond it by half a pixel: dv (u - u_k) <= du (v - v_k) + rim. Where that
+    # is as u <= (du v + rest) / dv, or as >=, what does not change from row to row is worked out.
+    slope, rest, side = np.empty(count), np.empty(count), np.empty(count)
+    for k in range(count):
+        m = (k + 1) % count
+        du, dv = turn * (corners_u[m] - corners_u[k]), turn * (corners_v[m] - corners_v[k])
+        slope[k], rest[k], side[k] = du, 0.5 * max(abs(du), abs(dv)) - du * corners_v[k], dv
+        if dv != 0:
+            slope[k], rest[k] = du / dv, corners_u[k] + rest[k] / dv
     least_u, most_u = corners_u[:count].min() - 0.5, corners_u[:count].max() + 0.5
     first_v = max(int(np.ceil(corners_v[:count].min() - 0.5)), 0)
     last_v = min(int(np.floor(corners_v[:count].max() + 0.5)), h - 1)
     for v in range(first_v, last_v + 1):
         low, high = max(least_u, 0.0), min(most_u, w - 1.0)
         for k in range(count):
-            m = (k + 1) % count
-            du, dv = turn * (corners_u[m] - corners_u[k]), turn * (corners_v[m] - corners_v[k])
-            # Within the edge, or beyond by half a pixel: dv (u - u_k) <= du (v - v_k) + rim.
-            most = du * (v - corners_v[k]) + 0.5 * max(abs(du), abs(dv))
-            if dv > 0:
-                high = min(high, corners_u[k] + most / dv)
-            elif dv < 0:
-                low = max(low, corners_u[k] + most / dv)
+            most = slope[k] * v + rest[k]
+            if side[k] > 0:
+                high = min(high, most)
+            elif side[k] < 0:
+                low = max(low, most)
             elif most < 0:
                 high = low - 1.0
         for u in range(int(np.ceil(low)), int(np.floor(high)) + 1):

@@ -12,7 +12,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from worm_msgs_py.arrays import Complex, Floats
+from worm_msgs_py.arrays import Complex
 from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.path import BodyPath, evenly
 
@@ -219,8 +219,7 @@ def _loops_at_ends(
         if i is None:
             continue
         again = _passed_other_way(curve, i, joint)
-        before, after = (_turn2(line, reach) for line in (curve, again))
-        gain = _near(before, i, last, window) - _near(after, i, last, window)
+        gain = _turned2(curve, i, last, window, reach) - _turned2(again, i, last, window, reach)
         gain -= settings.least_gain_at_end_rad2
         beyond = (i - joint) / last
         part = (beyond, 1.0) if last_end else (0.0, 1 - beyond)
@@ -239,13 +238,11 @@ def _other_ways(
     """Yield each exchange: its two nodes, how much straighter it is (rad²), and the curve."""
     joint = _joint(width, step, settings)
     window, reach = _window(width, step, settings), _turn_stretch(width, step, settings)
-    turn2: Floats | None = None
     for i, j in meetings(curve, width, step, settings):
         if i < joint or j >= len(curve) - joint or j - i <= 2 * joint:
             continue
-        turn2 = _turn2(curve, reach) if turn2 is None else turn2
         again = _exchanged(curve, i, j, joint)
-        gain = _near(turn2, i, j, window) - _near(_turn2(again, reach), i, j, window)
+        gain = _turned2(curve, i, j, window, reach) - _turned2(again, i, j, window, reach)
         yield i, j, gain, again
 
 
@@ -307,19 +304,20 @@ def _nearest_pairs(curve: Complex, apart: int, most: float, pairs: NDArray[np.in
     return count
 
 
-def _turn2(curve: Complex, reach: int) -> Floats:
-    """Return the square of each node's turn, over the nodes of a stretch."""
-    chord = curve[reach:] - curve[:-reach]
-    turn = np.angle(chord[reach:] * chord[:-reach].conj())
-    return np.asarray(np.pad(turn**2, reach) / reach, np.float64)
+@compiled_for(array_read(types.complex128), types.intp, types.intp, types.intp, types.intp)
+def _turned2(curve: Complex, i: int, j: int, window: int, reach: int) -> float:
+    """Return the sum of the squared turns near two nodes, over the nodes of a stretch.
 
-
-def _near(turn2: Floats, i: int, j: int, window: int) -> float:
-    """Return the sum of the squared turns near two nodes."""
-    near = np.zeros(len(turn2), bool)
-    for k in (i, j):
-        near[max(k - window, 0) : k + window + 1] = True
-    return float(turn2[near].sum())
+    A node's turn is that between the stretches before and after it, so many nodes long (`reach`).
+    """
+    total = 0.0
+    for node in range(max(reach, i - window), min(len(curve) - reach, j + window + 1)):
+        if i + window < node < j - window:
+            continue
+        after = curve[node + reach] - curve[node]
+        before = curve[node] - curve[node - reach]
+        total += np.angle(after * before.conjugate()) ** 2
+    return total / reach
 
 
 def _exchanged(curve: Complex, i: int, j: int, joint: int) -> Complex:

@@ -1,0 +1,23 @@
+"""The part of a mask that holds all of what it shows: most of a worm's window is water."""
+
+import cv2
+
+from worm_msgs_py.arrays import Picture
+
+
+def occupied_part(mask: Picture) -> Picture:
+    """Return the smallest part of a mask that holds all that is not zero, and a pixel around it.
+
+    What is far from that tells nothing of its pieces or its thickness.
+
+    Parameters
+    ----------
+    mask : ndarray of uint8, shape (h, w)
+
+    Returns
+    -------
+    ndarray of uint8
+        A view; a pixel of the mask where all of it is zero.
+    """
+    u, v, width, height = cv2.boundingRect(mask)
+    return mask[max(v - 1, 0) : v + height + 1, max(u - 1, 0) : u + width + 1]
