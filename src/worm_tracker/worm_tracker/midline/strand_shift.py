@@ -52,7 +52,7 @@ def shifted_strands(
     v, u = np.nonzero(labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
     missing = u + 1j * v
     curve = path.curve
-    near = np.abs(curve[:, None] - missing).min(axis=1) < settings.reach_widths * width
+    near = _squared_distances(curve, missing).min(axis=1) < (settings.reach_widths * width) ** 2
     end = round(settings.end_widths * width / path.step)
     near[:end] = near[len(near) - end :] = False
     nodes = np.flatnonzero(near)
@@ -68,6 +68,13 @@ def shifted_strands(
     return moved
 
 
+def _squared_distances(curve: Complex, places: Complex) -> Floats:
+    """Return those of each node from each place, shape (nodes, places): roots would take longer."""
+    du = curve.real[:, None] - places.real
+    dv = curve.imag[:, None] - places.imag
+    return np.asarray(du * du + dv * dv, np.float64)
+
+
 def _shift(
     curve: Complex,
     run: NDArray[np.intp],
@@ -76,7 +83,7 @@ def _shift(
     settings: StrandShiftSettings,
 ) -> Floats:
     """Return how far each node must move, to the left, for its edge to take in what is missing."""
-    nearest = run[np.abs(curve[run, None] - missing).argmin(axis=0)]
+    nearest = run[_squared_distances(curve[run], missing).argmin(axis=0)]
     beside = ((missing - curve[nearest]) * (1j * tangents(curve)[nearest]).conj()).real
     side = 1.0 if np.median(beside) > 0 else -1.0
     beyond = np.clip(side * beside - width / 2, 0.0, settings.most_shift_widths * width)
