@@ -1,8 +1,9 @@
-"""What the marks of a skin tell of where a pale end is.
+"""What the marks of a skin tell of where an end is.
 
-A pale end adds so little to what it lies on that its darkness alone does not show where it ends;
-and where it fades, the picture may lack a part of it. Its marks tell: they are sought where it lies
-on another part, whose own marks are known, and where it is seen alone.
+The marks of what an end lies on differ by as much as the end adds to them, a pale one above all, so
+that its darkness alone does not show where it ends; and where a pale one fades, the picture may
+lack a part of it. Its marks tell: they are sought where it lies on another part, whose own marks
+are known, and where it is seen alone.
 """
 
 from dataclasses import dataclass
@@ -84,6 +85,16 @@ class SeenOnPath:
             self.signal[::-1], self.below[::-1], self.own[::-1], self.border[::-1], self.odds[::-1]
         )
 
+    def in_stretches(self, stop: int, length: int) -> "SeenOnPath":
+        """Return the same of each stretch of so many nodes before `stop`, a row each."""
+        return SeenOnPath(
+            sliding_window_view(self.signal[:stop], length),
+            sliding_window_view(self.below[:stop], length),
+            sliding_window_view(self.own[:stop], length),
+            sliding_window_view(self.border[:stop], length),
+            sliding_window_view(self.odds[:stop], length),
+        )
+
 
 def more_by_marks(
     seen: SeenOnPath,
@@ -92,6 +103,8 @@ def more_by_marks(
     level: float,
     most: float,
     settings: EndMarksSettings,
+    *,
+    in_water: bool = True,
 ) -> Floats:
     """Return for each node what marks say more of a path's first end being there than its odds do.
 
@@ -100,13 +113,12 @@ def more_by_marks(
     seen : SeenOnPath
     profile : ndarray, shape (m,)
         Signal of one layer at the nodes from an end onwards.
-    darkening : float
-        What a part adds to the signal of one that it lies on, over its own.
-    level : float
-        Signal of most of the body.
-    most : float
-        Most that a node speaks for or against.
+    darkening, level, most : float
+        What a part adds to what it lies on, over its own signal; that of most of the body; and the
+        most that a node speaks for or against.
     settings : EndMarksSettings
+    in_water : bool
+        Whether they count where no other part lies, too.
 
     Returns
     -------
@@ -119,36 +131,35 @@ def more_by_marks(
     more = np.zeros(n)
     if count <= 0:
         return more
-    seen_so = darkening, level, most, settings
-    behind = _node_odds(seen.signal, seen.below, seen.border, seen.own, *seen_so)[: middle + 1]
+    so = darkening, level, most, settings, in_water
+    behind = _node_odds(seen, seen.own, *so)[: middle + 1]
     inwards = np.append(np.cumsum(behind[::-1])[::-1], 0.0)
-    signal, below, border = (
-        sliding_window_view(seen.signal[: middle + 1], zone),
-        sliding_window_view(seen.below[: middle + 1], zone),
-        sliding_window_view(seen.border[: middle + 1], zone),
-    )
+    of_end = _node_odds(seen.in_stretches(middle + 1, zone), profile, *so)
     by_darkness = np.cumsum(np.clip(seen.odds[: middle + 1], -most, most)[::-1])[::-1]
-    by_marks = _node_odds(signal, below, border, profile, *seen_so).sum(axis=1) + inwards[zone:]
-    more[:count] = by_marks - by_darkness[:count]
+    more[:count] = of_end.sum(axis=1) + inwards[zone:] - by_darkness[:count]
     return more
 
 
 def _node_odds(
-    signal: Floats,
-    below: Floats,
-    border: Mask,
+    seen: SeenOnPath,
     own: Floats,
     darkening: float,
     level: float,
     most: float,
     settings: EndMarksSettings,
+    in_water: bool,
 ) -> Floats:
-    """Return the log odds of a part of such a signal being at each node, over those below it."""
+    """Return the log odds of a part of such a signal being at each node, over those below it.
+
+    Those by darkness alone where nothing lies below, unless marks count there, too.
+    """
+    below = seen.below
     adds = np.where(below > 0, darkening * own, own)
     sd2 = (settings.sd_relative * own) ** 2 + (settings.below_sd_relative * below) ** 2
     sd2 = sd2 + (settings.least_sd_relative * level) ** 2
-    each = np.clip((signal - below - adds / 2) * adds / sd2, -most, most)
-    return np.where(border, np.minimum(each, 0.0), each)
+    each = np.clip((seen.signal - below - adds / 2) * adds / sd2, -most, most)
+    each = np.where(seen.border, np.minimum(each, 0.0), each)
+    return np.where((below > 0) | in_water, each, np.clip(seen.odds, -most, most))
 
 
 def log_odds_of_whole_end(

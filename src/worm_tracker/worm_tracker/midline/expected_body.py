@@ -20,8 +20,10 @@ class ExpectedBody:
         Pixels.
     darkening : float
         How much darker two parts are that lie on each other than one, relatively.
+    is_marked : bool
+        Whether its marks tell where its ends are on other parts of it, rather than its darkness.
     pale_ends : tuple of bool
-        Of each end whether its marks tell where it is, rather than its darkness.
+        Of each end whether they do so of all of it, in clear water, too.
     """
 
     widths: Floats
@@ -29,6 +31,7 @@ class ExpectedBody:
     length: float
     length_sd: float
     darkening: float
+    is_marked: bool = False
     pale_ends: tuple[bool, bool] = (False, False)
 
     @cached_property

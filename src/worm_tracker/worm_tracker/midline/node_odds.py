@@ -70,7 +70,8 @@ def end_log_odds(
 ) -> tuple[Floats, Floats] | None:
     """Return what is told of an end being at each node, beyond what the nodes say by themselves.
 
-    By the marks of pale ends that may lie on other parts.
+    By the marks of a skin, where an end may lie on other parts: what lies below is known place by
+    place, and so is what the end adds to it.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def end_log_odds(
         For the first end and the last; None where nothing more is told.
     """
     covers, step = along.covers, along.step
-    if not (any(body.pale_ends) and covers.darkening > 0 and covers.middle.any()):
+    if not (body.is_marked and covers.darkening > 0 and covers.middle.any()):
         return None
     node = np.arange(len(curve))
     first, last = round(along.ends[0] / step), round(along.ends[1] / step)
@@ -102,9 +103,7 @@ def end_log_odds(
     points = len(body.levels) - 1
     behind = np.arange(round(settings.widths * body.width / step)) * points / max(last - first, 1)
     first_more, last_more = (
-        _more_of_end(seen, body, behind, turned, most, settings)
-        if is_pale
-        else np.zeros(len(curve))
+        _more_of_end(seen, body, behind, turned, is_pale, most, settings)
         for is_pale, turned in zip(body.pale_ends, (False, True), strict=True)
     )
     return first_more, last_more
@@ -115,12 +114,18 @@ def _more_of_end(
     body: ExpectedBody,
     behind: Floats,
     turned: bool,
+    is_pale: bool,
     most: float,
     settings: EndMarksSettings,
 ) -> Floats:
-    """Return what marks say more of one end, by the points of the body behind it at the nodes."""
+    """Return what marks say more of one end, by the points of the body behind it at the nodes.
+
+    In clear water of a pale one alone: the darkness of any other tells it there, however the skin
+    has rolled.
+    """
     levels = body.levels[::-1] if turned else body.levels
     profile = np.interp(behind, np.arange(len(levels)), levels)
     at = seen.turned() if turned else seen
-    more = more_by_marks(at, profile, body.darkening, body.level, most, settings)
+    known = profile, body.darkening, body.level
+    more = more_by_marks(at, *known, most, settings, in_water=is_pale)
     return more[::-1] if turned else more

@@ -272,8 +272,10 @@ class CandidateSearch:
         )
         weight = sd**2 / (sd**2 + scatter**2)
         length, sd = length + weight * (model.length - length), sd * sqrt(1 - weight)
-        told = marked_ends(model, settings)
-        expected = ExpectedBody(model.widths, self.levels, length, sd, model.darkening, told)
+        marked, pale = is_marked(model, settings), marked_ends(model, settings)
+        expected = ExpectedBody(
+            model.widths, self.levels, length, sd, model.darkening, marked, pale
+        )
         slid = slide_along_path(
             self.signal, path, self.body.end_sd_px, expected, self.frames, settings.path_following
         )
