@@ -130,6 +130,20 @@ def test_every_status_without_a_pose_has_something_to_try(status):
     assert FailureAdvice(NO_CHAMBER).sentence({status: 3}).startswith("3 of 3 frames have no pose")
 
 
+def test_no_picture_is_weighed_up_before_the_advice_is_asked_for():
+    advice = FailureAdvice(NO_CHAMBER)
+    weighed = []
+    advice._cause = partial(lambda look: weighed.append(look))
+    picture = np.full((64, 64), 5, np.uint8)
+    for _ in range(40):
+        advice.see(picture, None, Status.NO_WORM, None)
+    assert not weighed
+    picture[:] = 200  # a caller may use its array again
+    assert "nothing stands out" in advice.sentence({Status.NO_WORM: 40})
+    assert len(weighed) == len(advice._looks)
+    assert all((look.picture == 5).all() for look in weighed)
+
+
 def test_looks_are_few_however_long_the_film_is():
     advice = FailureAdvice(NO_CHAMBER)
     picture = np.full((64, 64), 5, np.uint8)

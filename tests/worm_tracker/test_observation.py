@@ -16,6 +16,7 @@ from worm_tracker.observation import Observation
         pytest.param((10, 0), (15, 60), True, id="most in doubt"),
         pytest.param((10, 0), (5, 60), True, id="the same, overlapping"),
         pytest.param((25, 25), (0, 0), True, id="both ends hidden"),
+        pytest.param((0, 0), (0, 65), True, id="both ends within what is in doubt"),
     ],
 )
 def test_a_body_of_which_less_than_a_quarter_is_told_is_mostly_hidden(

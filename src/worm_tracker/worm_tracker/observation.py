@@ -125,9 +125,9 @@ class Observation:
 
     @property
     def is_mostly_hidden(self) -> bool:
-        """Whether an end is hidden, and so much in doubt that less than a quarter is told."""
+        """Whether nothing is told of it, or, with a hidden end, less than a quarter."""
         told = self.told_points
-        return any(self.occluded) and bool(told.sum() < len(told) / 4)
+        return not told.any() or (any(self.occluded) and bool(told.sum() < len(told) / 4))
 
     @property
     def explains(self) -> bool:
