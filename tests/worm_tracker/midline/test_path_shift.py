@@ -4,12 +4,10 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from scipy.ndimage import gaussian_filter1d
 
 from worm_tracker.midline.cross_sections import CrossSections
 from worm_tracker.midline.path_shift import (
     PathShiftSettings,
-    _smooth_along,
     _solve_shifts,
     moved_to_middle,
 )
@@ -32,19 +30,6 @@ def test_no_other_shifts_cost_less(seed, nodes, unseen, turn, bend):
     shift = np.empty(nodes)
     _solve_shifts(weight, wanted, unseen, turn, bend, shift)
     assert_allclose(shift, np.linalg.solve(cost, weight * wanted), atol=1e-8)
-
-
-@given(seed=st.integers(0, 2**32 - 1), sigma=st.floats(0.5, 4.0))
-def test_a_curve_is_smoothed_as_by_a_gaussian_and_keeps_its_ends(seed, sigma):
-    rng = np.random.default_rng(seed)
-    curve = np.cumsum(rng.normal(1.0, 0.3, 60) + 1j * rng.normal(0.0, 0.3, 60))
-    smooth = np.empty_like(curve)
-    _smooth_along(curve, sigma, smooth)
-    inner = slice(16, -16)
-    for part in (np.real, np.imag):
-        expected = gaussian_filter1d(part(curve), sigma, radius=int(3 * sigma) + 2)
-        assert_allclose(part(smooth)[inner], expected[inner], atol=1e-9)
-    assert_allclose(smooth[[0, -1]], curve[[0, -1]], atol=1e-9)
 
 
 def test_a_path_beside_an_arc_comes_onto_it():

@@ -28,6 +28,7 @@ from worm_tracker.midline.path import sharp_turns
 from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
 
 Image = cv2.typing.MatLike
+_SPECK = np.ones((2, 2), np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -259,9 +260,6 @@ def dark_places(
     threshold = level * (1 + settings.dark_over_darkening * darkening)
     _, dark = cv2.threshold(signal, threshold, 255, cv2.THRESH_BINARY)
     return np.asarray(dark, np.uint8)
-
-
-_SPECK = np.ones((2, 2), np.uint8)
 
 
 @cache

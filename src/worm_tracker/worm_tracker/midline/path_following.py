@@ -176,7 +176,7 @@ def _expected_body(view: _View, extended: _Extended) -> _Along:
     if not lies_near_itself(curve, body.width, step):
         return _Along(half, level, Covers.none(n))
     blur, at = settings.edge_blur_px, np.empty((n, 6), np.complex128)
-    _fill_beside(curve, half, blur, at)
+    _fill_beside(curve, 1j * tangents(curve), half, blur, at)
     margins = blur * np.array([-2.0, 2.0, 0.0, 0.0, 0.0, 0.0])
     extent = slice(max(round(first), 0), max(round(last), 0) + 1)
     covered = covered_by_others(at, curve, half, extent, step, margins, settings.cover)
@@ -195,20 +195,18 @@ def _expected_body(view: _View, extended: _Extended) -> _Along:
 
 @compiled_for(
     array_read(types.complex128),
+    array_read(types.complex128),
     array_read(types.float64),
     types.float64,
     array_written(types.complex128, 2),
 )
-def _fill_beside(curve: Complex, half: Floats, blur: float, at: Complex) -> None:
+def _fill_beside(curve: Complex, normal: Complex, half: Floats, blur: float, at: Complex) -> None:
     """Fill in, for each node, itself twice, and points within and beyond its left and right edge.
 
     These are a blur off the edge.
     """
-    last = len(curve) - 1
-    for k in range(last + 1):
-        tangent = curve[min(k + 1, last)] - curve[max(k - 1, 0)]
-        normal = 1j * tangent / max(abs(tangent), 1e-9)
-        within, beyond = normal * (half[k] - blur), normal * (half[k] + blur)
+    for k in range(len(curve)):
+        within, beyond = normal[k] * (half[k] - blur), normal[k] * (half[k] + blur)
         at[k, 0] = at[k, 1] = curve[k]
         at[k, 2], at[k, 3] = curve[k] - within, curve[k] - beyond
         at[k, 4], at[k, 5] = curve[k] + within, curve[k] + beyond

@@ -6,9 +6,9 @@ import numpy as np
 from numba import types
 
 from worm_msgs_py.arrays import Complex, Floats
-from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.cross_sections import CrossSections
-from worm_tracker.midline.curve import tangents
+from worm_tracker.midline.curve import smooth_open_curve, tangents
 from worm_tracker.midline.path import evenly
 
 
@@ -53,10 +53,8 @@ def moved_to_middle(
     moved = curve + 1j * tangents(curve) * shift
     # Smoothed once, a curve would be pulled inwards; smoothed back by the same, it keeps its bends.
     sigma = settings.smoothing_widths * width / step
-    once, twice = np.empty_like(moved), np.empty_like(moved)
-    _smooth_along(moved, sigma, once)
-    _smooth_along(once, sigma, twice)
-    return evenly(2 * once - twice, len(moved))
+    once = smooth_open_curve(moved, sigma)
+    return evenly(2 * once - smooth_open_curve(once, sigma), len(moved))
 
 
 @compiled_for(
@@ -102,31 +100,3 @@ def _solve_shifts(
             shift[k] -= below[k + 1] * shift[k + 1]
         if k + 2 < n:
             shift[k] -= second[k + 2] * shift[k + 2]
-
-
-@compiled
-def _beyond_ends(curve: Complex, k: int) -> complex:
-    """Return a point of a curve that goes on at both ends as its reflection about them."""
-    last = len(curve) - 1
-    if k < 0:
-        return complex(2 * curve[0] - curve[-k])
-    if k > last:
-        return complex(2 * curve[last] - curve[2 * last - k])
-    return complex(curve[k])
-
-
-@compiled_for(array_read(types.complex128), types.float64, array_written(types.complex128))
-def _smooth_along(curve: Complex, sigma: float, smooth: Complex) -> None:
-    """Smooth a curve along itself by a Gaussian, in nodes, without pulling its ends in."""
-    n = len(curve)
-    reach = min(int(3 * sigma) + 2, n - 1)
-    weight = np.empty(reach + 1)
-    for k in range(reach + 1):
-        weight[k] = np.exp(-((k / sigma) ** 2) / 2)
-    weight /= 2 * weight.sum() - weight[0]
-    for k in range(n):
-        total = weight[0] * curve[k]
-        for away in range(1, reach + 1):
-            both = _beyond_ends(curve, k - away) + _beyond_ends(curve, k + away)
-            total += weight[away] * both
-        smooth[k] = total
