@@ -48,6 +48,27 @@ def test_a_body_as_wide_at_both_ends_tells_nothing(turn_rad):
     assert order_score(seen(points, even), points, even, SETTINGS) == 0.0
 
 
+@given(turn_rad=st.floats(-6.0, 6.0))
+def test_ends_that_have_changed_places_beside_a_loop_are_told_by_their_own_widths(turn_rad):
+    """The loop's widths fit: asked as a whole the body tells the order of its loop."""
+    points, loop = curved(turn_rad), (0.15, 0.85)
+    middle = np.abs(S - 0.5) < 0.35
+    as_seen = np.where(middle, TAPERED, TAPERED[::-1])
+    mask = seen(points, as_seen)
+    assert order_score(mask, points, TAPERED, SETTINGS) > 0.0
+    assert order_score(mask, points, TAPERED, SETTINGS, loop) < -SETTINGS.least_score_of_part
+    assert order_score(mask, points[::-1], TAPERED, SETTINGS, loop) > SETTINGS.least_score_of_part
+
+
+@given(turn_rad=st.floats(-6.0, 6.0), first=st.floats(0.0, 0.4), last=st.floats(0.6, 1.0))
+def test_what_is_left_of_a_body_tells_its_order_or_nothing(turn_rad, first, last):
+    points = curved(turn_rad)
+    mask = seen(points, TAPERED)
+    score = order_score(mask, points, TAPERED, SETTINGS, (first, last))
+    assert score >= 0.0
+    assert order_score(mask, points, TAPERED, SETTINGS, (0.0, 1.0)) == 0.0
+
+
 @given(turn_rad=st.floats(-3.0, 3.0), off_px=st.floats(-3.0, 3.0))
 def test_a_midline_beside_the_axis_tells_the_same_order_or_none(turn_rad, off_px):
     points = curved(turn_rad)

@@ -234,7 +234,7 @@ def test_widths_tell_which_end_is_which_beside_something_else(turned):
     search = replace(search, seen=ObjectMasks(mask, None, 12.0, search.settings.residual))
     told = search.turned_round(search.scored(path, search.model.widths))
     assert told.turned_round is turned
-    assert not search.order_known(told), "what leaves something over may lie elsewhere"
+    assert not search.order_known(told, None), "what leaves something over may lie elsewhere"
 
 
 @pytest.mark.parametrize(
@@ -250,7 +250,7 @@ def test_the_order_is_known_of_a_body_whose_ends_differ_once_its_widths_are(fram
     search = replace(search, seen=ObjectMasks(mask, None, 12.0, search.settings.residual))
     found = search.scored(path, widths)
     assert search.over_limits(found) <= 1
-    assert search.order_known(found) is is_known
+    assert search.order_known(found, None) is is_known
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ deformable one is fitted where that does not do.
 """
 
 from dataclasses import dataclass, replace
-from math import copysign, log, sqrt
+from math import log, sqrt
 
 import numpy as np
 
@@ -29,7 +29,6 @@ from worm_tracker.midline.curve import as_points, length_of
 from worm_tracker.midline.deformable_fit import fit_body
 from worm_tracker.midline.expected_body import ExpectedBody
 from worm_tracker.midline.hidden_slack import without_slack
-from worm_tracker.midline.order_by_widths import order_score
 from worm_tracker.midline.path import BodyPath, path_of, sharpest_turn
 from worm_tracker.midline.path_following import slide_along_path
 from worm_tracker.midline.refine import RefinedMidline
@@ -47,6 +46,7 @@ from worm_tracker.propagation.end_sureness import (
 )
 from worm_tracker.propagation.loops_in_doubt import loops_in_doubt
 from worm_tracker.propagation.only_explanation import is_only_explanation
+from worm_tracker.propagation.order_of_ends import score_by_marks_or_widths, score_by_widths
 from worm_tracker.propagation.overlaps import is_marked, marked_ends
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -116,6 +116,7 @@ class CandidateSearch:
         model, width = self.model, self.model.width
         in_doubt = self.loops_in_doubt(found)
         marked = self.told_by_marks(found.path) if in_doubt else []
+        untold = part_of([loop for loop in in_doubt if loop not in marked])
         return PropagatedBody(
             path,
             found.agreement,
@@ -124,11 +125,11 @@ class CandidateSearch:
             (max(first, lacks_first * width), max(last, lacks_last * width)),
             self.over_limits(found),
             found.straighter,
-            part_of([loop for loop in in_doubt if loop not in marked]),
+            untold,
             part_of(in_doubt),
             self.frames_unexplained(found),
             was_turned=self.stays_turned(found, bool(in_doubt)),
-            order_known=self.order_known(found),
+            order_known=self.order_known(found, untold),
             broad_ends=self.broad_ends(found),
             hides_slack=self.hides_slack(found),
             is_s_at_end=s_at_end(found.path, width, self.settings),
@@ -149,26 +150,26 @@ class CandidateSearch:
             for way in without_slack(found.path, model.width, self.settings.doubt, slack)
         )
 
-    def order_known(self, found: Candidate) -> bool:
-        """Tell whether a body that explains the picture shows which of its ends is which."""
+    def order_known(self, found: Candidate, untold: tuple[float, float] | None) -> bool:
+        """Tell whether a body that explains the picture shows which of its ends is which.
+
+        By what lies in no loop in doubt; those lie in a part of its length, from where to where.
+        """
         if self.over_limits(found) > 1:
             return False
+        order = self.model.settings.order
+        if untold is not None:
+            return self.order_score(found, untold) > order.least_score_of_part
         score = self.order_score(found) if found.order_score is None else found.order_score
-        return score > self.model.settings.order.least_score
+        return score > order.least_score
 
-    def order_score(self, found: Candidate) -> float:
-        """Return how well a body tells that its ends are in the right order, -1 to 1.
-
-        By its marks where these tell, else by its widths.
-        """
-        marks = self.marks_on(found.path)
-        odds = 0.0 if marks is None else marks.log_odds()
-        if abs(odds) > self.settings.marks.least_log_odds:
-            return copysign(1.0, odds)
-        if not self.model.tells_order:
-            return 0.0
-        body = found.path.points, self.model.widths
-        return order_score(self.seen.mask, *body, self.model.settings.order)
+    def order_score(self, found: Candidate, untold: tuple[float, float] | None = None) -> float:
+        """Return how well a body, or all but a part of it, tells its ends' order, -1 to 1."""
+        path, mask, model = found.path, self.seen.mask, self.model
+        if untold is not None:
+            return score_by_widths(path, mask, model, untold)
+        marks = self.marks_on(path)
+        return score_by_marks_or_widths(path, mask, model, marks, self.settings.marks)
 
     def ends_lack(self, found: Candidate) -> tuple[bool, bool]:
         """Tell of each end whether it lies on the body and something is missing beside it.

@@ -122,15 +122,12 @@ def observation_of(
 
 
 def _ends_told(body: PropagatedBody, settings: PropagationSettings) -> bool:
-    """Tell whether enough of the body lies in no loop in doubt for its widths to tell its ends.
+    """Tell whether enough of either end lies in no loop in doubt for the widths to tell.
 
-    An end on a strand lies about where it was said to be, whichever way its loop is passed. A loop
-    that is most of the body tells how it is passed itself, and nothing of the ends beside it.
+    An end on a strand lies about where it was said to be, whichever way its loop is passed.
     """
     if body.loop_in_doubt is None:
         return True
-    if body.loop_in_doubt[1] - body.loop_in_doubt[0] > settings.most_doubted_of_ordered:
-        return False
     beside = [part for part in (body.loop_in_doubt[0], 1 - body.loop_in_doubt[1]) if part > 0]
     return bool(beside) and min(beside) > settings.least_told_at_ends
 

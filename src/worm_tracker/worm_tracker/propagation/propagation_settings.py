@@ -119,9 +119,6 @@ class PropagationSettings:
     least_told_at_ends: float = 0.08
     """Part of a body's length at either end, beyond loops in doubt, by whose widths its order may
     be told: most of a body that is turned round with a loop tells the wrong one."""
-    most_doubted_of_ordered: float = 0.5
-    """Part of a body's length in loops in doubt up to which its order may be told: what is passed
-    the other way round is in the other order."""
     least_marks: float = 0.06
     """How far a skin's signal differs along it, over itself, from which on it has marks: they hide
     where two strands lie on each other."""
