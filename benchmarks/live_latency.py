@@ -1,9 +1,10 @@
 """A live trial as the rig runs it: what is skipped, and how late poses are published.
 
-`python -m benchmarks.live_latency FILM` serves a film (a bag of JPEG pictures, such as that of
-`worm simulate --one-chamber --minutes 3`) as MJPEG from a process of its own, there and back again
-where the trial is longer: where a film begins anew its worm leaps, as no worm does, and is looked
-for everywhere; where it goes back its worm crawls with the tail ahead.
+`python -m benchmarks.live_latency FILM` serves a film as MJPEG from a process of its own: a bag of
+JPEG pictures, such as that of `worm simulate --one-chamber --minutes 3`, or one of a folding worm
+that `benchmarks.folds` keeps as `.npz`. It is played there and back again where the trial is
+longer: where a film begins anew its worm leaps, as no worm does, and is looked for everywhere;
+where it goes back its worm crawls with the tail ahead.
 The graph of `worm live` tracks it, records every picture and writes results. Counted are the
 pictures that were skipped, and the time from the capture of each frame to the publication of its
 state; frames that the tracker holds back on purpose, until the head is known, are counted apart.
@@ -40,13 +41,22 @@ from worm_tracker.tracker_node import TrackerNode
 BAR_MS = 30.0
 
 
-def pictures_of(bag: Path) -> list[bytes]:
-    """Return a bag's JPEG pictures as they are, there and back again."""
+def pictures_of(film: Path) -> list[bytes]:
+    """Return a film's JPEG pictures as they are, there and back again."""
+    there = _of_folds(film) if film.suffix == ".npz" else _of_bag(film)
+    return there + there[-2:0:-1]
+
+
+def _of_bag(bag: Path) -> list[bytes]:
     with BagPictures(bag) as pictures:
-        there = [
+        return [
             bytes(deserialize_message(picture.raw, CompressedImage).data) for picture in pictures
         ]
-    return there + there[-2:0:-1]
+
+
+def _of_folds(kept: Path) -> list[bytes]:
+    with np.load(kept) as film:
+        return [part.tobytes() for part in np.split(film["jpeg"], film["jpeg_end"][:-1])]
 
 
 class Timing:
@@ -132,7 +142,7 @@ class Watching:
 
 
 def main(
-    film: Annotated[Path, typer.Argument(help="A bag of JPEG pictures.")],
+    film: Annotated[Path, typer.Argument(help="A bag of JPEG pictures, or a film of folds.")],
     minutes: Annotated[float, typer.Option(help="How long to film.")] = 2.0,
     fps: Annotated[float, typer.Option(help="Pictures a second.")] = 30.0,
     watched: Annotated[
