@@ -11,15 +11,15 @@ from math import ceil
 import cv2
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
-from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
-from worm_msgs_py.compiled import array_read, array_written, compiled_for
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
 from worm_tracker.midline.cross_sections import interpolate
 from worm_tracker.midline.curve import as_complex, median_of, tangents
 
 ACROSS = np.linspace(-0.3, 0.3, 7)
 """Places across the body, in widths: short of its edges, which the lens blurs."""
+_THREE_ACROSS = np.ones((1, 3), np.uint8)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,8 +126,8 @@ def misjudged_layers(
     seen: ShadedObject,
     points: Floats,
     widths: Floats,
-    once: cv2.typing.MatLike,
-    twice: cv2.typing.MatLike,
+    once: Picture,
+    twice: Picture,
     settings: BodyShadeSettings,
 ) -> float:
     """Return where a body has other layers than the picture, the largest pieces, square pixels.
@@ -142,28 +142,21 @@ def misjudged_layers(
         Where it lies surely once, and twice; not zero there.
     settings : BodyShadeSettings
     """
-    line = as_complex(points)
-    n, width = len(line), median_of(widths)
+    line, width = as_complex(points), median_of(widths)
     step = float(np.abs(np.diff(line)).mean())
-    signal, shade = shade_along(seen.signal, line, widths), seen.shade
-    one, level = at_nodes(shade.mean, n), median_of(shade.mean.ravel())
-    sure = settings.sure_sds * np.sqrt(
-        at_nodes(shade.variance, n) + (settings.least_sd_relative * level) ** 2
-    )
-    at = np.rint(places_across(line, widths).view(np.float64)).astype(np.intp)
-    h, w = once.shape
-    u, v = at[:, 0::2].clip(0, w - 1), at[:, 1::2].clip(0, h - 1)
-    dark = signal > one + np.maximum(0.5 * seen.darkening * level, sure)
-    single, double = dark & (once[v, u] > 0), twice[v, u] > 0
+    at, shade = places_across(line, widths), seen.shade
+    apart = max(ceil(settings.other_part_widths * width / step), 0)
+    level = median_of(shade.mean.ravel())
+    least_sd, rest = settings.least_sd_relative * level, (settings.sure_sds, seen.darkening, level)
+    single, double = np.zeros((2, *at.shape), np.uint8)
+    signal = interpolate(seen.signal, at)
+    means, variances = at_nodes(shade.mean, len(line)), at_nodes(shade.variance, len(line))
+    _judge(signal, at, means, variances + least_sd**2, once, twice, apart, rest, single, double)
     ends = round(settings.end_widths * width / step)
-    single[:ends] = single[n - ends :] = double[:ends] = double[n - ends :] = False
-    cells = _largest(single)
-    if double.any():
-        other = _other_part(line, step, settings.other_part_widths * width)
-        more = seen.darkening * one[other, len(ACROSS) // 2][:, None]
-        least = np.minimum(0.5 * more, more - sure)
-        cells += _largest(double & (signal < one + least))
-    return cells * step * width * float(ACROSS[1] - ACROSS[0])
+    for cells in (single, double):
+        cells[:ends] = cells[len(line) - ends :] = 0
+    count = _largest(single) + _largest(double)
+    return count * step * width * float(ACROSS[1] - ACROSS[0])
 
 
 def at_nodes(mean: Floats, n: int) -> Floats:
@@ -174,30 +167,68 @@ def at_nodes(mean: Floats, n: int) -> Floats:
     return np.asarray((1 - part) * mean[before] + part * mean[before + 1], np.float64)
 
 
-def _other_part(line: Complex, step: float, least_px: float) -> NDArray[np.intp]:
-    """Return for each node the nearest one that is not of the same part of the body."""
-    nearest = np.zeros(len(line), np.intp)
-    _find_other_part(line, max(ceil(least_px / step), 0), nearest)
+@compiled
+def _other_part(line: Complex, node: int, apart: int) -> int:
+    """Return the node nearest to one of a line of those that are so many nodes from it, or 0."""
+    nearest, least = 0, np.inf
+    for k in range(len(line)):
+        du, dv = line[node].real - line[k].real, line[node].imag - line[k].imag
+        if abs(node - k) >= apart and du * du + dv * dv < least:
+            nearest, least = k, du * du + dv * dv
     return nearest
 
 
-@compiled_for(array_read(types.complex128), types.intp, array_written(types.intp))
-def _find_other_part(line: Complex, apart: int, nearest: NDArray[np.intp]) -> None:
-    """Fill in for each node the nearest one that is so many nodes from it."""
-    for k in range(len(line)):
-        least = np.inf
-        for m in range(len(line)):
-            if abs(k - m) < apart:
+@compiled_for(
+    array_read(types.float32, 2),
+    array_read(types.complex128, 2),
+    array_read(types.float64, 2),
+    array_read(types.float64, 2),
+    array_read(types.uint8, 2),
+    array_read(types.uint8, 2),
+    types.intp,
+    types.UniTuple(types.float64, 3),
+    array_written(types.uint8, 2),
+    array_written(types.uint8, 2),
+)
+def _judge(
+    signal: Floats32,
+    at: Complex,
+    mean: Floats,
+    variance: Floats,
+    once: Picture,
+    twice: Picture,
+    apart: int,
+    rest: tuple[float, float, float],
+    single: Picture,
+    double: Picture,
+) -> None:
+    """Mark the places that are darker than one layer, and those that are paler than two.
+
+    The former where the body lies surely once, the latter where it lies surely twice; `at` is where
+    they are in the picture, (nodes, across), and the middle of a row the midline.
+    """
+    sure_sds, darkening, level = rest
+    nodes, across = at.shape
+    h, w = once.shape
+    for k in range(nodes):
+        other = -1
+        for a in range(across):
+            u = min(max(int(np.rint(at[k, a].real)), 0), w - 1)
+            v = min(max(int(np.rint(at[k, a].imag)), 0), h - 1)
+            if once[v, u] == 0 and twice[v, u] == 0:
                 continue
-            du, dv = line[k].real - line[m].real, line[k].imag - line[m].imag
-            if du * du + dv * dv < least:
-                least = du * du + dv * dv
-                nearest[k] = m
+            one, sure = mean[k, a], sure_sds * np.sqrt(variance[k, a])
+            if once[v, u] and signal[k, a] > one + max(0.5 * darkening * level, sure):
+                single[k, a] = 1
+            if twice[v, u]:
+                other = _other_part(at[:, across // 2], k, apart) if other < 0 else other
+                more = darkening * mean[other, across // 2]
+                double[k, a] = signal[k, a] < one + min(0.5 * more, more - sure)
 
 
-def _largest(cells: Mask) -> float:
+def _largest(cells: Picture) -> float:
     """Return how many cells the largest connected piece has, but for what is a cell across."""
-    image = cv2.erode(cells.astype(np.uint8), np.ones((1, 3), np.uint8))
+    image = np.asarray(cv2.erode(cells, _THREE_ACROSS))
     if not image.any():
         return 0.0
     _, _, stats, _ = cv2.connectedComponentsWithStats(image, connectivity=8)

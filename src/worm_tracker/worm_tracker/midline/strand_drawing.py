@@ -1,7 +1,6 @@
 """Draws a body that may lie on itself: where it is, where two strands are, and on each other."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -59,7 +58,8 @@ def drawn_strands(
     """
     line = as_complex(points)
     s = complex_arc_length(line)
-    cuts = _cuts(line, s, width, settings)
+    half = settings.hairpin_half_widths * width
+    cuts = _cuts(line, s, half, settings.least_hairpin_rad, settings.piece_widths * width)
     beside = np.searchsorted(s[cuts], s[cuts] - settings.beside_hairpin_widths * width)
     return _drawn_in_pieces(shape, line, widths, cuts, beside, settings)
 
@@ -81,43 +81,54 @@ def _drawn_in_pieces(
     settings: StrandDrawingSettings,
 ) -> tuple[Picture, Picture, Picture]:
     """Draw a body that is cut into pieces, each with how many of the first lie not beside it."""
-    tangent = np.gradient(line)
-    tangent /= np.maximum(np.abs(tangent), 1e-9)
-    side = 1j * tangent * np.maximum(widths, 1.0) / 2
-    d = np.diff(line)
-    joint = np.zeros(len(line))
-    sharp = np.abs(np.angle(d[1:] * d[:-1].conj())) > settings.kink_rad
-    joint[1:-1][sharp] = np.maximum(widths[1:-1][sharp], 1.0) / 2
     body, twice, layered = np.zeros((3, *shape), np.uint8)
-    _draw(line, line + side, line - side, joint, cuts, beside, body, twice, layered)
+    _draw(line, widths, settings.kink_rad, cuts, beside, body, twice, layered)
     return np.asarray((body > 0).view(np.uint8) * 255, np.uint8), twice, layered
 
 
+@compiled
+def _turns(line: Complex, s: Floats, half: float) -> Floats:
+    """Return by how much a line turns from half a hairpin before each node to as much after it."""
+    d = line[1:] - line[:-1]
+    turned = np.zeros(len(d))
+    for k in range(1, len(d)):
+        turned[k] = turned[k - 1] + np.angle(d[k] * d[k - 1].conjugate())
+    middle = (s[1:] + s[:-1]) / 2
+    return np.abs(np.interp(s + half, middle, turned) - np.interp(s - half, middle, turned))
+
+
+@compiled_for(
+    array_read(types.complex128),
+    array_read(types.float64),
+    types.float64,
+    types.float64,
+    types.float64,
+)
 def _cuts(
-    line: Complex, s: Floats, width: float, settings: StrandDrawingSettings
+    line: Complex, s: Floats, half: float, least_hairpin_rad: float, piece: float
 ) -> NDArray[np.intp]:
     """Return the nodes at which a body is cut into pieces; each hairpin is the middle of one.
 
     So what comes to a hairpin and what leaves it are two strands, wherever along the body it lies.
     """
-    d = np.diff(line)
-    turned = np.concatenate([[0.0], np.cumsum(np.angle(d[1:] * d[:-1].conj()))])
-    half = settings.hairpin_half_widths * width
-    # Turn from half a hairpin before a node to as much after it.
-    middle = (s[1:] + s[:-1]) / 2
-    turn = np.abs(np.interp(s + half, middle, turned) - np.interp(s - half, middle, turned))
-    ends = [0.0, float(s[-1])]
-    while turn.max() > settings.least_hairpin_rad:
-        apex = s[int(turn.argmax())]
+    turn = _turns(line, s, half)
+    ends = [0.0, s[-1]]
+    while turn.max() > least_hairpin_rad:
+        apex = s[turn.argmax()]
         turn[np.abs(s - apex) < 4 * half] = 0.0
-        ends += [apex - half, apex + half]
-    ends = sorted(end for end in ends if 0 <= end <= s[-1])
-    piece = max(settings.piece_widths * width, float(s[-1]) / (_MOST_PIECES - len(ends)))
-    cuts = [0.0]
-    for first, last in pairwise(ends):
-        pieces = max(1, round((last - first) / piece))
-        cuts += np.linspace(first, last, pieces + 1)[1:].tolist()
-    return np.unique(np.searchsorted(s, cuts).clip(0, len(line) - 1))
+        ends += [end for end in (apex - half, apex + half) if 0 <= end <= s[-1]]
+    ends.sort()
+    piece = max(piece, s[-1] / (_MOST_PIECES - len(ends)))
+    cuts = [0]
+    for k in range(len(ends) - 1):
+        way = ends[k + 1] - ends[k]
+        pieces = max(1, round(way / piece))
+        for stop in range(1, pieces + 1):
+            at = ends[k] + way * stop / pieces if stop < pieces else ends[k + 1]
+            node = min(np.searchsorted(s, at), len(s) - 1)
+            if node > cuts[-1]:
+                cuts.append(node)
+    return np.array(cuts)
 
 
 class _Drawing(NamedTuple):
@@ -229,11 +240,27 @@ def _fill_disc(
                 _mark(drawing, u, v, piece, beside)
 
 
+@compiled
+def _flanks(line: Complex, widths: Floats, kink_rad: float) -> tuple[Complex, Complex, Floats]:
+    """Return a body's left and right flank, and the radii of the joints at its kinks."""
+    n = len(line)
+    left, right, joint = np.empty(n, np.complex128), np.empty(n, np.complex128), np.zeros(n)
+    for k in range(n):
+        before, after = line[max(k - 1, 0)], line[min(k + 1, n - 1)]
+        half = max(widths[k], 1.0) / 2
+        along = after - before
+        side = 1j * along / max(abs(along), 1e-9) * half
+        left[k], right[k] = line[k] + side, line[k] - side
+        if 0 < k < n - 1:
+            turn = np.angle((after - line[k]) * (line[k] - before).conjugate())
+            joint[k] = half if abs(turn) > kink_rad else 0.0
+    return left, right, joint
+
+
 @compiled_for(
     array_read(types.complex128),
-    array_read(types.complex128),
-    array_read(types.complex128),
     array_read(types.float64),
+    types.float64,
     array_read(types.intp),
     array_read(types.intp),
     array_written(types.uint8, 2),
@@ -242,9 +269,8 @@ def _fill_disc(
 )
 def _draw(
     line: Complex,
-    left: Complex,
-    right: Complex,
-    joint: Floats,
+    widths: Floats,
+    kink_rad: float,
     cuts: NDArray[np.intp],
     beside: NDArray[np.intp],
     number: Picture,
@@ -253,6 +279,7 @@ def _draw(
 ) -> None:
     """Draw a body piece by piece, each of quadrilaterals from node to node, and discs at kinks."""
     drawing = _Drawing(number, twice, layered)
+    left, right, joint = _flanks(line, widths, kink_rad)
     corners_u, corners_v = np.empty(4), np.empty(4)
     for piece in range(len(cuts) - 1):
         far = beside[piece]
