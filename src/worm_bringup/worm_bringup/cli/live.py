@@ -59,8 +59,8 @@ def live(
     Where the monitor's page (or the camera's service ~/new_trial) asks for a new trial, this one
     ends in the same way and the next begins: into OUT-2, recorded into RECORD-2.
 
-    Frames count once the graph is ready. Where the tracker lags for more than ten seconds (or
-    256 MB of pictures) the newest frame wins, and what is skipped is counted.
+    Frames count once the graph is ready. Where the tracker lags for more than twenty seconds (or
+    512 MB of pictures) the newest frame wins, and what is skipped is counted.
     """
     told = read_rig(rig, graph.namespace)
     camera = camera.over(told.of("image_source"))

@@ -45,9 +45,9 @@ class CameraNode(SourceNode):
     """Publishes grey pictures (`mono8`) on `image_raw`, stamped at capture.
 
     The next picture goes out when the tracker has taken the one before. Pictures wait here for up
-    to ten seconds; where the tracker lags for longer the newest one goes out, and what was skipped
-    is counted on `/diagnostics` (see `WaitingFrames`). The first one is captured when the graph is
-    ready.
+    to twenty seconds; where the tracker lags for longer the newest one goes out, and what was
+    skipped is counted on `/diagnostics` (see `WaitingFrames`). The first one is captured when the
+    graph is ready.
 
     A driver's topic takes the place of a camera: frames bear the driver's stamps, and those that
     were lost on the way are counted by the numbers that DDS gives them.

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_WAITING = 300
-"""Ten seconds at 30 frames/s: a worm that folds costs more than a frame's time for as long, finding
-the chamber or telling a fold's frames all at once a second or two. A late frame is told; one that
-was skipped is lost."""
-MOST_WAITING_BYTES = 256_000_000
+MOST_WAITING = 600
+"""Twenty seconds at 30 frames/s: a trial that begins with a long fold takes up to eleven to go back
+through it, once the worm is known, and finding the chamber a second or two. A late frame is told;
+one that was skipped is lost."""
+MOST_WAITING_BYTES = 512_000_000
 """Memory that they may take: large pictures wait in smaller numbers."""
 LEAST_WAITING = 60
 """So many may wait, however large they are: finding the chamber in them takes as long."""
