@@ -93,14 +93,38 @@ def test_a_real_coiling_worm_has_a_midline_that_covers_its_mask(first):
     assert not [frame for frame, flagged in leaps(bodies) if not flagged]
 
 
+def told_ends(tracked):
+    """Return both ends of a midline, (2, 2); NaN where one is not told."""
+    midline = tracked.midline
+    if not len(midline.u_px):
+        return np.full((2, 2), np.nan)
+    return np.stack([midline.u_px, midline.v_px], axis=1)[[0, -1]]
+
+
 def test_a_real_coil_ends_where_a_person_sees_its_tips():
     """A midline from the head's strand over to the tail covers the mask as well, and is wrong."""
     given = tracked_bag("wormtracer", 60, 120, no_chamber=True, polarity="bright")
     tips_by_eye = np.array([[106.0, 111.0], [141.0, 112.0]])
-    body = given[76].midline
-    ends = np.stack([body.u_px, body.v_px], axis=1)[[0, -1]]
+    ends = told_ends(given[76])
     ends = ends if ends[0, 0] < ends[1, 0] else ends[::-1]
     assert np.hypot(*(ends - tips_by_eye).T).max() < 5.0
+
+
+def test_a_thin_tail_that_the_threshold_loses_is_not_told_along_another_strand():
+    """It goes on beside its own body for two seconds, a third as bright, and is seen by eye."""
+    first = 600
+    given = tracked_bag("wormtracer", first, 435, no_chamber=True, polarity="bright")
+    tips_by_eye = {
+        975: ((115, 118), (124, 98)),
+        985: ((112, 119), (122, 98)),
+        1000: ((119, 123), (118, 96)),
+        1010: ((121, 123), (115, 97)),
+        1020: ((122, 126), (113, 98)),
+        1030: ((122, 127), (112, 100)),
+    }
+    for frame, tips in tips_by_eye.items():
+        for tip in np.array(tips, np.float64):
+            assert np.hypot(*(told_ends(given[frame - first]) - tip).T).min() < 6.0, frame
 
 
 def leaps(bodies, far_px=15.0):

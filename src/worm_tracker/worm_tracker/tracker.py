@@ -359,7 +359,8 @@ class Tracker:
                 raise
             return Observation(Status.NO_CHAMBER if informative else Status.BAD_IMAGE)
         detector = Detector(picture, rig.assumed, settings.detector)
-        follower = Follower(self._track, picture.shape, settings.follower)
+        following = settings.follower.seen_as(self._parameters.polarity)
+        follower = Follower(self._track, picture.shape, following)
         self._stages = _Stages(picture.shape, rig, detector, follower)
         observation = self._follow(picture, self._stages)
         rig.mark_hidden_exits(self._track.contour)

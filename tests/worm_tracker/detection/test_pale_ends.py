@@ -69,11 +69,12 @@ def test_a_pale_tail_is_part_of_the_worm(part, mm_per_frame):
     assert np.median(off) < 1.5
 
 
-def folded_detection(pale_part):
-    """Return a body in a picture whose last part is paler than the threshold, and that part."""
+def folded_detection(pale_part, stop_px=270):
+    """Return a body in a picture whose last part, up to there, is paler than the threshold."""
     signal = np.zeros((140, 300), np.uint8)
     cv2.line(signal, (20, 70), (200, 70), 100, WIDTH_PX)
-    cv2.line(signal, (200, 70), (270, 70), round(100 * pale_part), WIDTH_PX)
+    if stop_px > 200:
+        cv2.line(signal, (200, 70), (stop_px, 70), round(100 * pale_part), WIDTH_PX)
     cv2.circle(signal, (110, 70), 36, 100, WIDTH_PX)
     smooth = cv2.GaussianBlur(signal, (0, 0), 1.5)
     everything = whole_picture(signal.shape)
@@ -81,9 +82,9 @@ def folded_detection(pale_part):
     return Detection(view, view.blobs()[0])
 
 
-def model_with_pale_end(is_pale):
+def model_with_pale_end():
     levels = np.full(65, 100.0)
-    levels[-18:] = 30.0 if is_pale else 100.0
+    levels[-18:] = 30.0
     widths = np.full(65, float(WIDTH_PX))
     return BodyModel(
         250.0, WIDTH_PX, 2500.0, 100.0, WIDTH_PX, widths, levels, 1.0, BodyModelSettings(), 250.0
@@ -91,19 +92,21 @@ def model_with_pale_end(is_pale):
 
 
 @pytest.mark.parametrize(
-    ("is_pale", "aside_px", "is_seen"),
+    ("aside_px", "stop_px", "is_seen"),
     [
-        pytest.param(True, 0.0, True, id="known to be pale"),
-        pytest.param(False, 0.0, False, id="no end is pale"),
-        pytest.param(True, 40.0, False, id="followed elsewhere"),
+        pytest.param(0.0, 270, True, id="followed"),
+        pytest.param(0.0, 213, True, id="less than what is found by itself"),
+        pytest.param(0.0, 200, False, id="no more than its soft edge"),
+        pytest.param(40.0, 270, False, id="followed elsewhere"),
     ],
 )
-def test_a_pale_end_in_a_fold_is_seen_where_it_was_followed_to(is_pale, aside_px, is_seen):
-    seen = folded_detection(0.3)
+def test_an_end_below_the_threshold_in_a_fold_is_seen_where_it_was_followed_to(
+    aside_px, stop_px, is_seen
+):
+    seen = folded_detection(0.3, stop_px)
     body = np.stack([np.linspace(20.0, 270.0, 65), np.full(65, 70.0 + aside_px)], axis=1)
-    found = with_followed_ends(seen, model_with_pale_end(is_pale), body, PaleEndSettings())
-    reach = found.blob.box[2]
-    assert (reach > 262) is is_seen
+    found = with_followed_ends(seen, WIDTH_PX, body, PaleEndSettings())
+    assert (found.blob.box[2] > seen.blob.box[2] + 4) is is_seen
     assert (found is seen) is not is_seen
     assert np.array_equal(found.view.smooth, seen.view.smooth)
 
@@ -116,7 +119,7 @@ def test_what_may_be_a_pale_end_is_kept_for_later():
 
 def test_a_window_that_cuts_a_pale_end_does_not_hold_the_worm():
     seen, settings = folded_detection(0.3), PaleEndSettings()
-    known = DetectionPrior(model_with_pale_end(True))
+    known = DetectionPrior(model_with_pale_end())
     assert with_pale_ends(seen.cropped(20), known, settings, may_be_cut=True) is None
     for wide in (seen, seen.cropped(100)):
         found = with_pale_ends(wide, known, settings, may_be_cut=True)

@@ -8,7 +8,6 @@ import numpy as np
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.blobs import draw_blob, thickness
 from worm_tracker.detection.detection import Detection, DetectionPrior, SignalView
-from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.contour_midline import ContourMidlineSettings, contour_midline
 
 _WITHIN = np.s_[1:-1, 1:-1]
@@ -41,8 +40,10 @@ class PaleEndSettings:
     followed_part: float = 0.3
     followed_widths: float = 1.5
     least_part_followed: float = 0.6
-    """Part of the body's length that a pale end is, and how much of a piece must lie as near to
-    where such an end was in the picture beside."""
+    """Part of the body's length that an end is, and how much of a piece must lie as near to where
+    that end was in the picture beside."""
+    least_area_followed_widths2: float = 0.12
+    """A smaller piece there may be noise: a thin tail's is smaller than what is found by itself."""
     learning_frames: int = 12
     """Midlines until which a piece is looked for at each frame, and between two looks later."""
 
@@ -80,7 +81,7 @@ def with_pale_ends(
     if not may_miss_an_end(detection, prior, settings):
         return detection
     width = prior.model.width if prior.model else detection.thickness()
-    pieces = _pieces(detection, width, settings)
+    pieces = _pieces(detection, width, settings, settings.least_area_widths2)
     if not pieces:
         return detection
     if may_be_cut and _is_any_cut(pieces, detection, width, settings):
@@ -94,36 +95,34 @@ def with_pale_ends(
 
 
 def with_followed_ends(
-    detection: Detection, model: BodyModel, body: Floats, settings: PaleEndSettings
+    detection: Detection, width: float, body: Floats, settings: PaleEndSettings
 ) -> Detection:
-    """Return a detection with what lies below the threshold where a pale end was followed to.
+    """Return a detection with what lies below the threshold where an end was followed to.
 
-    In a fold no contour tells where an end is. As with `with_pale_ends`, `raised` changes alone.
+    In a fold no contour tells where an end is, and one that is thin or out of focus comes and goes
+    with the threshold: a body that loses it is followed along another strand. As with
+    `with_pale_ends`, `raised` changes alone.
 
     Parameters
     ----------
     detection : Detection
-    model : BodyModel
-        Tells which ends are pale.
+    width : float
+        The body's, pixels.
     body : ndarray, shape (n, 2)
-        Where it lay in the picture beside, in the order of the model.
+        Where it lay in the picture beside.
     settings : PaleEndSettings
     """
-    if not any(model.pale_ends):
-        return detection
-    pieces = _pieces(detection, model.width, settings)
+    pieces = _pieces(detection, width, settings, settings.least_area_followed_widths2)
     if not pieces:
         return detection
     part = round(settings.followed_part * (len(body) - 1))
     line = detection.view.in_window(body)
-    stretches = (line[: part + 1], line[-1 - part :])
     near = [
-        _around(stretch, settings.followed_widths * model.width, pieces[0])
-        for is_pale, stretch in zip(model.pale_ends, stretches, strict=True)
-        if is_pale
+        _around(stretch, settings.followed_widths * width, pieces[0])
+        for stretch in (line[: part + 1], line[-1 - part :])
     ]
     ends = [piece for piece in pieces if any(_lies_in(piece, each, settings) for each in near)]
-    return _raised(detection, ends, model.width, settings)
+    return _raised(detection, ends, width, settings)
 
 
 def kept_for_later(detection: Detection, margin_px: int, settings: PaleEndSettings) -> Detection:
@@ -133,7 +132,8 @@ def kept_for_later(detection: Detection, margin_px: int, settings: PaleEndSettin
     """
     u0, v0 = detection.view.origin
     boxes = [detection.blob.box]
-    for piece in _pieces(detection, thickness(detection.object_pixels()), settings):
+    width = thickness(detection.object_pixels())
+    for piece in _pieces(detection, width, settings, settings.least_area_widths2):
         u, v, width, height = cv2.boundingRect(piece)
         boxes.append((u0 + u, v0 + v, u0 + u + width - 1, v0 + v + height - 1))
     corners = np.array(boxes)
@@ -167,8 +167,10 @@ def _raised(
     return replace(detection, view=whole, blob=nearest)
 
 
-def _pieces(detection: Detection, width: float, settings: PaleEndSettings) -> list[Picture]:
-    """Return what is faint beside the object, each piece as a mask of the window."""
+def _pieces(
+    detection: Detection, width: float, settings: PaleEndSettings, least_widths2: float
+) -> list[Picture]:
+    """Return what is faint beside the object and larger than that, each a mask of the window."""
     view, area = detection.view, detection.blob.area
     faint = _faint(view, settings)
     if faint >= view.threshold:
@@ -176,7 +178,7 @@ def _pieces(detection: Detection, width: float, settings: PaleEndSettings) -> li
     rim = max(2, round(settings.rim_widths * width))
     _, dark = cv2.threshold(view.smooth, faint, 255, cv2.THRESH_BINARY)
     beside = cv2.subtract(dark, draw_blob(detection.blob, view.window, rim))
-    least, most = settings.least_area_widths2 * width**2, settings.most_area_over_object * area
+    least, most = least_widths2 * width**2, settings.most_area_over_object * area
     if cv2.countNonZero(beside) < least:  # nearly always
         return []
     count, labels, stats, _ = cv2.connectedComponentsWithStats(beside)

@@ -13,7 +13,7 @@ from worm_tracker.detection.blobs import Blob, holds_wormlike_piece, whole_pictu
 from worm_tracker.detection.debris import without_debris
 from worm_tracker.detection.detection import Detection, Missed, Occlusion, SignalView
 from worm_tracker.detection.occluded_body import occluded_points, with_known_width
-from worm_tracker.detection.pale_ends import kept_for_later
+from worm_tracker.detection.pale_ends import kept_for_later, with_followed_ends
 from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.head_tail.appearance import appearance_difference
 from worm_tracker.midline.body_model import BodyModel, is_nearer_reversed, mean_width
@@ -337,26 +337,24 @@ class Follower:
         last = bodies.last
         if model is None or last is None:
             return coiled(detection), None
-        model = as_dark_as(detection, model, settings.propagation)
-        start = bodies.to_propagate(
-            last, model.width, settings.propagation.first_expected_agreement
-        )
+        propagation = settings.propagation
+        detection = with_followed_ends(detection, model.width, last, propagation.pale_ends)
+        model = as_dark_as(detection, model, propagation)
+        start = bodies.to_propagate(last, model.width, propagation.first_expected_agreement)
 
         def find(body: PropagatedBody, ago: int) -> PropagatedBody:
             before = bodies.before if body is start else None
-            return propagate(
-                detection, model, body, before, ago, contour_body, settings.propagation
-            )
+            return propagate(detection, model, body, before, ago, contour_body, propagation)
 
-        found = found_from_held(find, start, frames, settings.propagation)
+        found = found_from_held(find, start, frames, propagation)
         if found.agreement < settings.least_agreement:
             return coiled(detection), None
-        track.learn(as_dark_as_followed(detection, model, found, settings.propagation))
+        track.learn(as_dark_as_followed(detection, model, found, propagation))
         leaps = model.leaps(found.points, last, frames)
         confidence = (settings.leap_confidence if leaps else 1.0) * found.agreement
-        observation = observation_of(found, model, confidence, settings.propagation)
+        observation = observation_of(found, model, confidence, propagation)
         off = abs(log(found.path.length / model.length))
-        lost = found.over_limits > settings.propagation.lost_over_limits
+        lost = found.over_limits > propagation.lost_over_limits
         if lost or off > settings.most_log_length_in_fold:
             return coiled(detection), None
         if observation.status is Status.TRACKED and self._is_broad_at_end(detection, found.points):

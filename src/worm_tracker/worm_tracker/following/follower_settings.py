@@ -1,9 +1,10 @@
 """The constants by which a worm is followed: which midlines are believed, and when."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from worm_tracker.detection.blobs import BlobSettings
 from worm_tracker.detection.debris import DebrisCuttingSettings
+from worm_tracker.detection.polarity import Polarity
 from worm_tracker.midline.body_model import BodyModelSettings
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.contour_midline import ContourMidlineSettings
@@ -81,3 +82,9 @@ class FollowerSettings:
     residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
     blobs: BlobSettings = field(default_factory=BlobSettings)
     cutting: DebrisCuttingSettings = field(default_factory=DebrisCuttingSettings)
+
+    def seen_as(self, polarity: Polarity) -> "FollowerSettings":
+        """Return the constants for a worm that is darker, or brighter, than the water."""
+        bright = polarity is Polarity.BRIGHT
+        propagation = replace(self.propagation, darkest_of_marked_are_overlaps=not bright)
+        return replace(self, propagation=propagation)

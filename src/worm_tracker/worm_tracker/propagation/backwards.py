@@ -108,7 +108,7 @@ class BackwardPropagation:
         past, settings = self._left.pop(), self._settings
         detection = past.detection
         detection = with_followed_ends(
-            detection, self._model, self._last.points, settings.pale_ends
+            detection, self._model.width, self._last.points, settings.pale_ends
         )
         self._model = model = as_dark_as(detection, self._model, settings)
         frames = past.frames + self._frames_lost

@@ -1,5 +1,7 @@
 """How dark the overlaps of a worm are, and what its marks tell of them."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 
@@ -54,10 +56,12 @@ def as_dark_as(detection: Detection, model: BodyModel, settings: PropagationSett
     """Return a worm whose overlaps are as dark as an object's darkest places, where it has some.
 
     Those of a marked one may be its marks: they do not tell once it was followed into overlaps
-    (`as_dark_as_followed`).
+    (`as_dark_as_followed`), and never where it is bright.
     """
     if model.knows_overlaps:
         return model
+    if not settings.darkest_of_marked_are_overlaps and is_marked(model, settings):
+        return replace(model, darkening=0.0)
     residual = settings.residual
     darkening = darkening_of(detection, model, residual.least_dark_widths2, residual)
     return model if darkening is None else model.with_darkening(darkening)

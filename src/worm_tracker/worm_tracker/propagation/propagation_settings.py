@@ -179,6 +179,10 @@ class PropagationSettings:
     """How much more a body may leave over, over what may be, with a loop passed as marks say."""
     most_speck_widths2: float = 4.0
     """Dirt up to this large shows nothing of a body on it, and is nothing that it leaves over."""
+    darkest_of_marked_are_overlaps: bool = True
+    """Whether the darkest places of a marked worm are taken for its overlaps until some were
+    followed: two layers let through less light than one. Where a worm is seen by the light that it
+    scatters, two need not send back more: only those that were followed tell there."""
     pale_ends: PaleEndSettings = field(default_factory=PaleEndSettings)
     """As the detector has them."""
     end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
