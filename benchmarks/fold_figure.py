@@ -18,7 +18,7 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 from scipy.stats import binomtest
 
-from benchmarks.fold_films import FoldFilm, _read
+from benchmarks.fold_films import FoldFilm, read_film
 from benchmarks.folds import track
 from worm_analysis.report.theme import COLOURS, INK, PAPER_STYLE, new_figure, say_n, style
 
@@ -47,7 +47,7 @@ def main(
     """Draw it."""
     results = [each for path in figures for each in _figures_of(path)]
     shown = [first + every * k for k in range(5)]
-    kept = _read(film)
+    kept = read_film(film)
     _, _, lines = track(kept, min(shown[-1] + 200, len(kept)))
     with style():
         page = new_figure(7.0, 4.0)

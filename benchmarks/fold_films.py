@@ -113,11 +113,15 @@ class FoldFilm:
     def __len__(self) -> int:
         return len(self.stamp_ns)
 
+    def jpeg_of(self, frame: int) -> NDArray[np.uint8]:
+        """Return a picture's file."""
+        start = int(self.jpeg_end[frame - 1]) if frame else 0
+        return self.jpeg[start : int(self.jpeg_end[frame])]
+
     def picture(self, frame: int) -> NDArray[np.uint8]:
         """Decode a picture."""
-        start = int(self.jpeg_end[frame - 1]) if frame else 0
-        data = self.jpeg[start : int(self.jpeg_end[frame])]
-        return np.asarray(cv2.imdecode(data, cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
+        decoded = cv2.imdecode(self.jpeg_of(frame), cv2.IMREAD_GRAYSCALE)
+        return np.asarray(decoded, dtype=np.uint8)
 
 
 def fold_film(worm: str, look: str, cache: Path) -> FoldFilm:
@@ -127,16 +131,17 @@ def fold_film(worm: str, look: str, cache: Path) -> FoldFilm:
     """
     kept = cache / f"{worm}_{look}.npz"
     if kept.exists():
-        film_kept, first = _read(kept), _drawn(worm, look, 1)
+        film_kept, first = read_film(kept), _drawn(worm, look, 1)
         if np.array_equal(film_kept.jpeg[: film_kept.jpeg_end[0]], first["jpeg"]):
             return film_kept
     cache.mkdir(parents=True, exist_ok=True)
     with whole_file(kept) as unfinished, unfinished.open("wb") as file:
         np.savez(file, **_drawn(worm, look))
-    return _read(kept)
+    return read_film(kept)
 
 
-def _read(kept: Path) -> FoldFilm:
+def read_film(kept: Path) -> FoldFilm:
+    """Read a film that `fold_film` keeps."""
     with np.load(kept) as data:
         arrays = {name: data[name] for name in data.files}
     plain = {name: values.item() for name, values in arrays.items() if values.ndim == 0}

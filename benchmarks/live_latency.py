@@ -31,6 +31,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage
 
 from benchmarks.endurance_live import camera
+from benchmarks.fold_films import read_film
 from worm_bringup.graph.monitor_process import Monitor
 from worm_bringup.graph.node_spec import NodeSpec
 from worm_bringup.trial import Trial, run_trial
@@ -55,8 +56,8 @@ def _of_bag(bag: Path) -> list[bytes]:
 
 
 def _of_folds(kept: Path) -> list[bytes]:
-    with np.load(kept) as film:
-        return [part.tobytes() for part in np.split(film["jpeg"], film["jpeg_end"][:-1])]
+    film = read_film(kept)
+    return [film.jpeg_of(frame).tobytes() for frame in range(len(film))]
 
 
 class Timing:

@@ -132,8 +132,8 @@ def kept_for_later(detection: Detection, margin_px: int, settings: PaleEndSettin
     """
     u0, v0 = detection.view.origin
     boxes = [detection.blob.box]
-    width = thickness(detection.object_pixels())
-    for piece in _pieces(detection, width, settings, settings.least_area_widths2):
+    body_px = thickness(detection.object_pixels())
+    for piece in _pieces(detection, body_px, settings, settings.least_area_widths2):
         u, v, width, height = cv2.boundingRect(piece)
         boxes.append((u0 + u, v0 + v, u0 + u + width - 1, v0 + v + height - 1))
     corners = np.array(boxes)

@@ -147,11 +147,13 @@ def misjudged_layers(
     at, shade = places_across(line, widths), seen.shade
     apart = max(ceil(settings.other_part_widths * width / step), 0)
     level = median_of(shade.mean.ravel())
-    least_sd, rest = settings.least_sd_relative * level, (settings.sure_sds, seen.darkening, level)
+    one = at_nodes(shade.mean, len(line))
+    variance = at_nodes(shade.variance, len(line)) + (settings.least_sd_relative * level) ** 2
+    signal, sure = interpolate(seen.signal, at), settings.sure_sds * np.sqrt(variance)
     single, double = np.zeros((2, *at.shape), np.uint8)
-    signal = interpolate(seen.signal, at)
-    means, variances = at_nodes(shade.mean, len(line)), at_nodes(shade.variance, len(line))
-    _judge(signal, at, means, variances + least_sd**2, once, twice, apart, rest, single, double)
+    half_added = 0.5 * seen.darkening * level
+    _mark_darker(signal, at, one + np.maximum(half_added, sure), once, single)
+    _mark_paler(signal, at, one, sure, twice, apart, seen.darkening, double)
     ends = round(settings.end_widths * width / step)
     for cells in (single, double):
         cells[:ends] = cells[len(line) - ends :] = 0
@@ -178,52 +180,64 @@ def _other_part(line: Complex, node: int, apart: int) -> int:
     return nearest
 
 
+@compiled
+def _shows(mask: Picture, at: complex) -> bool:
+    """Tell whether a mask is not zero at the pixel nearest to a place."""
+    h, w = mask.shape
+    u, v = int(np.rint(at.real)), int(np.rint(at.imag))
+    return bool(mask[min(max(v, 0), h - 1), min(max(u, 0), w - 1)])
+
+
+@compiled_for(
+    array_read(types.float32, 2),
+    array_read(types.complex128, 2),
+    array_read(types.float64, 2),
+    array_read(types.uint8, 2),
+    array_written(types.uint8, 2),
+)
+def _mark_darker(
+    signal: Floats32, at: Complex, most: Floats, once: Picture, single: Picture
+) -> None:
+    """Mark the places, (nodes, across), darker than one layer where the body lies surely once."""
+    nodes, across = at.shape
+    for k in range(nodes):
+        for a in range(across):
+            single[k, a] = signal[k, a] > most[k, a] and _shows(once, at[k, a])
+
+
 @compiled_for(
     array_read(types.float32, 2),
     array_read(types.complex128, 2),
     array_read(types.float64, 2),
     array_read(types.float64, 2),
     array_read(types.uint8, 2),
-    array_read(types.uint8, 2),
     types.intp,
-    types.UniTuple(types.float64, 3),
-    array_written(types.uint8, 2),
+    types.float64,
     array_written(types.uint8, 2),
 )
-def _judge(
+def _mark_paler(
     signal: Floats32,
     at: Complex,
-    mean: Floats,
-    variance: Floats,
-    once: Picture,
+    one: Floats,
+    sure: Floats,
     twice: Picture,
     apart: int,
-    rest: tuple[float, float, float],
-    single: Picture,
+    darkening: float,
     double: Picture,
 ) -> None:
-    """Mark the places that are darker than one layer, and those that are paler than two.
+    """Mark the places paler than two layers where the body lies surely twice.
 
-    The former where the body lies surely once, the latter where it lies surely twice; `at` is where
-    they are in the picture, (nodes, across), and the middle of a row the midline.
+    The middle of a row of places is the midline; what lies on it is the nearest other part.
     """
-    sure_sds, darkening, level = rest
     nodes, across = at.shape
-    h, w = once.shape
     for k in range(nodes):
         other = -1
         for a in range(across):
-            u = min(max(int(np.rint(at[k, a].real)), 0), w - 1)
-            v = min(max(int(np.rint(at[k, a].imag)), 0), h - 1)
-            if once[v, u] == 0 and twice[v, u] == 0:
+            if not _shows(twice, at[k, a]):
                 continue
-            one, sure = mean[k, a], sure_sds * np.sqrt(variance[k, a])
-            if once[v, u] and signal[k, a] > one + max(0.5 * darkening * level, sure):
-                single[k, a] = 1
-            if twice[v, u]:
-                other = _other_part(at[:, across // 2], k, apart) if other < 0 else other
-                more = darkening * mean[other, across // 2]
-                double[k, a] = signal[k, a] < one + min(0.5 * more, more - sure)
+            other = _other_part(at[:, across // 2], k, apart) if other < 0 else other
+            more = darkening * one[other, across // 2]
+            double[k, a] = signal[k, a] < one[k, a] + min(0.5 * more, more - sure[k, a])
 
 
 def _largest(cells: Picture) -> float:

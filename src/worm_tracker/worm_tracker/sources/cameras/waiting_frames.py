@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 MOST_WAITING = 600
-"""Twenty seconds at 30 frames/s: a trial that begins with a long fold takes up to eleven to go back
+"""Twenty seconds at 30 frames/s: a trial that begins with a long fold takes up to twelve to go back
 through it, once the worm is known, and finding the chamber a second or two. A late frame is told;
 one that was skipped is lost."""
 MOST_WAITING_BYTES = 512_000_000
