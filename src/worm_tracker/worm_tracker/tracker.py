@@ -37,6 +37,7 @@ from worm_tracker.waiting.brief_gaps import BriefGapSettings
 from worm_tracker.waiting.frame_queue import FrameQueue
 from worm_tracker.waiting.frame_state import PendingFrame
 from worm_tracker.waiting.leaping_ends import LeapingEnds, LeapingEndsSettings
+from worm_tracker.waiting.sudden_lengths import SuddenLengths, SuddenLengthSettings
 from worm_tracker.worm_track import WormTrack
 
 
@@ -59,6 +60,7 @@ class TrackerSettings:
     """When the way into a fold and the way back out of it confirm each other."""
     brief_gaps: BriefGapSettings = field(default_factory=BriefGapSettings)
     leaping_ends: LeapingEndsSettings = field(default_factory=LeapingEndsSettings)
+    sudden_lengths: SuddenLengthSettings = field(default_factory=SuddenLengthSettings)
     opencv_threads: int | None = 1
     """Threads of OpenCV in this process; None leaves them as they are. On windows as small as a
     worm's a second one takes as much of the processor again (a folded frame 10 ms, 17 with two),
@@ -145,6 +147,7 @@ class Tracker:
             brief_gaps=settings.brief_gaps,
         )
         self._leaping_ends = LeapingEnds(settings.leaping_ends)
+        self._sudden_lengths = SuddenLengths(settings.sudden_lengths)
         self._statuses = Counter[Status]()
         self._advice = FailureAdvice(parameters)
         self._intervals = FrameIntervals(settings.intervals)
@@ -273,7 +276,8 @@ class Tracker:
     def _give(self, frames: list[TrackedFrame], *, is_end: bool = False) -> list[TrackedFrame]:
         """Return the frames of which it is known by now that no end leapt to them, and count."""
         most = self._parameters.hold_back_frames - len(self._queue)
-        given = self._leaping_ends.push(frames, most, is_end=is_end)
+        judged = self._leaping_ends.push(frames, most, is_end=is_end)
+        given = self._sudden_lengths.push(judged)
         self._statuses.update(frame.state.status for frame in given)
         return given
 

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_msgs_py import Status
+from worm_tracker.head_tail.chain_order import KnownAgain
 from worm_tracker.head_tail.identity import HeadTail, HeadTailSettings
-from worm_tracker.head_tail.link import Chain, KnownAgain, LinkSettings
+from worm_tracker.head_tail.link import Chain, LinkSettings
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.opening import AgreementSettings
 from worm_tracker.waiting.brief_gaps import BriefGapSettings
@@ -115,27 +116,59 @@ def test_a_body_found_again_may_have_lain_the_other_way_round(frames_unexplained
     assert chain.push(folded(hairpin(1.0))).reliability == pytest.approx(most, abs=0.01)
 
 
-def test_widths_tell_the_order_whatever_the_way_there_says():
+HIDDEN_FIRST_END = {"occluded": (5, 0), "end_sd_px": (9.0, 0.5)}
+
+
+def test_widths_tell_the_order_whatever_a_way_past_a_hidden_end_says():
     chain = Chain(WormTrack(), LinkSettings())
-    chain.push(folded(hairpin(60.0), order_known=True))
-    chain.push(folded(hairpin(61.0)))
-    other = hairpin(62.0)[::-1]
+    chain.push(folded(hairpin(EVEN), order_known=True))
+    chain.push(replace(folded(hairpin(EVEN + 1.0)), **HIDDEN_FIRST_END))
+    chain.push(replace(folded(hairpin(EVEN + 2.0)), **HIDDEN_FIRST_END))
+    other = hairpin(EVEN + 20.0)[::-1]
     link = chain.push(folded(other, order_known=True))
     assert np.array_equal(link.observation.points, other)
-    assert link.known_again == KnownAgain(1, True, LinkSettings().turned_reliability)
+    assert link.known_again == KnownAgain(2, True, LinkSettings().widths.turned_reliability)
     assert link.motion is None
 
 
-@given(arms=st.lists(st.floats(-60.0, 60.0), min_size=1, max_size=30))
-def test_a_body_whose_widths_tell_its_order_keeps_its_ends_wherever_it_lies(arms):
-    """No doubt adds up: each picture tells it anew."""
+def after_ends_seen(settings, contradictions):
+    """Return what is made of midlines whose widths tell another order than ends seen all along."""
+    chain = Chain(WormTrack(), settings)
+    chain.push(folded(hairpin(60.0), order_known=True))
+    chain.push(folded(hairpin(61.0)))
+    arms = 62.0 + np.arange(contradictions)
+    return [chain.push(folded(hairpin(arm)[::-1], order_known=True)) for arm in arms]
+
+
+def test_widths_do_not_exchange_ends_that_are_seen_where_they_were():
+    """A real worm's tail, too pale for a picture, shifted its widths: its ends changed places."""
+    (link,) = after_ends_seen(LinkSettings(), 1)
+    assert np.array_equal(link.observation.points, hairpin(62.0))
+    assert link.known_again is None
+    assert link.reliability > 0.999, "which end is which is kept"
+    assert link.own_reliability < 0.9, "but not sure here: what is told of the body may be wrong"
+
+
+def test_widths_that_contradict_ends_seen_for_long_tell_nothing_but_from_there_on():
+    settings = LinkSettings()
+    most = settings.widths.most_contradicted
+    links = after_ends_seen(settings, most + 5)
+    assert all(link.known_again is None for link in links[:most])
+    assert all(link.own_reliability == 1.0 for link in links[most:])
+    for k, link in enumerate(links):
+        assert np.array_equal(link.observation.points, hairpin(62.0 + k))
+
+
+@given(steps=st.lists(st.floats(-14.0, 14.0), min_size=1, max_size=30))
+def test_a_body_whose_widths_tell_its_order_keeps_its_ends_wherever_it_crawls(steps):
+    """No doubt adds up: each picture tells it anew. No worm gets far in a frame."""
     chain = Chain(WormTrack(), LinkSettings())
     chain.push(folded(hairpin(EVEN), order_known=True))
-    for off in arms:
-        link = chain.push(folded(hairpin(EVEN + off), order_known=True))
-        assert np.array_equal(link.observation.points, hairpin(EVEN + off))
+    for arm in np.clip(EVEN + np.cumsum(steps), EVEN - 60.0, EVEN + 60.0):
+        link = chain.push(folded(hairpin(arm), order_known=True))
+        assert np.array_equal(link.observation.points, hairpin(arm))
         assert link.known_again is not None
-        assert link.known_again.reliability >= LinkSettings().turned_reliability
+        assert link.known_again.reliability > 0.95
 
 
 def queue_of(head_tail):
@@ -201,18 +234,23 @@ def crossed_near_its_ends(between_reversed):
     return np.concatenate([ends, middle, ends[::-1] * [1.0, -1.0]])
 
 
+@pytest.mark.parametrize("step_px", [0.0, 9.0])
 @pytest.mark.parametrize("status", [Status.FOLDED, Status.LOOP_IN_DOUBT])
-def test_ends_stay_where_they_are_seen_though_a_loop_between_them_is_passed_the_other_way(status):
+def test_ends_stay_where_they_are_seen_though_a_loop_between_them_is_passed_the_other_way(
+    status, step_px
+):
     chain = Chain(WormTrack(), LinkSettings())
     first = folded(crossed_near_its_ends(between_reversed=False))
     chain.push(first)
-    turned = folded(crossed_near_its_ends(between_reversed=True))
+    turned = folded(crossed_near_its_ends(between_reversed=True) + np.array([step_px, 0.0]))
     doubt = (4, POINTS - 4) if status is Status.LOOP_IN_DOUBT else (0, 0)
     link = chain.push(replace(turned, status=status, in_doubt=doubt))
-    if status is Status.LOOP_IN_DOUBT:
-        assert np.array_equal(link.observation.points[0], first.points[0])
-    else:
-        assert link.reliability <= LinkSettings().leap_reliability  # one of the two is wrong
+    if status is Status.LOOP_IN_DOUBT or not step_px:
+        moved = first.points[0] + [step_px, 0.0]
+        assert np.allclose(link.observation.points[0], moved)
+    if step_px:
+        return
+    assert link.reliability > 0.999
 
 
 @pytest.mark.parametrize(

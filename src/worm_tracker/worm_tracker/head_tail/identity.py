@@ -13,6 +13,7 @@ import numpy as np
 from worm_msgs_py.arrays import Floats
 from worm_tracker.head_tail.appearance import AppearanceModel, AppearanceSettings
 from worm_tracker.head_tail.certainty import certainty, diluted
+from worm_tracker.head_tail.chain_order import KnownAgain
 from worm_tracker.head_tail.forward_motion import (
     ForwardMotionSettings,
     together,
@@ -21,7 +22,6 @@ from worm_tracker.head_tail.forward_motion import (
 from worm_tracker.head_tail.link import (
     BodyMotion,
     Chain,
-    KnownAgain,
     Link,
     LinkDecision,
     LinkSettings,

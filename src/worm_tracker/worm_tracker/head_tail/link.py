@@ -1,21 +1,27 @@
 """Links midlines from frame to frame: which end is which, how surely, and how the body moved."""
 
 from dataclasses import dataclass, field, replace
-from math import exp
 
 import numpy as np
 
 from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
-from worm_tracker.head_tail.certainty import both_say, certainty_before_link
-from worm_tracker.midline.body_model import BodyModelSettings
-from worm_tracker.midline.curve import (
-    as_complex,
-    as_points,
-    complex_arc_length,
-    length_of,
-    tangents,
+from worm_tracker.head_tail.certainty import certainty_before_link
+from worm_tracker.head_tail.chain_order import (
+    ChainOrder,
+    KnownAgain,
+    OrderByWidthsSettings,
 )
+from worm_tracker.head_tail.order_by_place import (
+    EndsInPlaceSettings,
+    ends_in_place,
+    ends_nearer,
+    mean_distance,
+    nearer_is_right,
+    slid,
+)
+from worm_tracker.midline.body_model import BodyModelSettings
+from worm_tracker.midline.curve import as_complex, length_of, tangents
 from worm_tracker.midline.self_cover import ends_kept
 from worm_tracker.observation import Observation
 from worm_tracker.worm_track import WormTrack
@@ -39,15 +45,15 @@ class LinkSettings:
     """A link less reliable than this is looked at again, the body slid along itself."""
     same_path_reliability: float = 0.9999
     """How surely a body that was slid along itself has kept its ends."""
+    ends_in_place: EndsInPlaceSettings = field(default_factory=EndsInPlaceSettings)
+    ends_seen_reliability: float = 0.9999
+    """How surely ends are the same that are seen a frame later where they were."""
     most_frames_unexplained: int = 5
     """Most pictures in a row that it may have left unexplained meanwhile."""
     lost_reliability: float = 0.6
     """The most that a link is trusted to a body that explains its picture from one that left more
     pictures than that unexplained: it may have lain elsewhere, the other way round."""
-    order_reliability: float = 0.998
-    turned_reliability: float = 0.98
-    """How surely the widths of a body tell which of its ends is which; and where they tell another
-    order than its way from the last body of which they told it."""
+    widths: OrderByWidthsSettings = field(default_factory=OrderByWidthsSettings)
     most_frames_of_motion: int = 3
     """Frames between two midlines beyond which their difference is no motion."""
     body: BodyModelSettings = field(default_factory=BodyModelSettings)
@@ -85,25 +91,6 @@ class LinkDecision:
     reliability: float
 
 
-@dataclass(frozen=True, slots=True)
-class KnownAgain:
-    """A midline whose widths tell the order of its ends, as those of an earlier one did.
-
-    Attributes
-    ----------
-    frames_between : int
-        How many frames lie between the two.
-    way_was_wrong : bool
-        Whether the links between them say the contrary: one of them was the wrong way round.
-    reliability : float
-        Probability, 0.5 to 1, that the two are in the same order.
-    """
-
-    frames_between: int
-    way_was_wrong: bool
-    reliability: float
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Link:
     """An observation linked to those before it.
@@ -122,6 +109,9 @@ class Link:
         On an earlier link, where this frame's appearance has decided it.
     known_again : KnownAgain or None
         Where its widths tell the order of its ends, and have told it before.
+    own_reliability : float
+        Probability, 0.5 to 1, that its own ends are in that order: less than 1 where its widths say
+        otherwise, but the way is surer.
     """
 
     observation: Observation
@@ -130,68 +120,7 @@ class Link:
     is_new_body: bool = False
     decision: LinkDecision | None = None
     known_again: KnownAgain | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class _Order:
-    """How the order in which midlines come, that of the body model, is to the chain's.
-
-    Attributes
-    ----------
-    is_reversed : bool
-        Whether the last midline had to be turned round.
-    model_reversed : bool or None
-        Whether the body model would have to be, by the last midline whose widths told its order;
-        None where none has.
-    path_number : int
-        Of the last one.
-    frames_unexplained : int
-        Since one explained its picture.
-    frames_unknown : int
-        Since the widths of one told its order.
-    kept : float
-        Probability that the order has been kept since then, by the links alone.
-    loops_known : bool
-        Whether the last midline's loops were known to be passed as they were.
-    """
-
-    is_reversed: bool = False
-    model_reversed: bool | None = None
-    path_number: int = 0
-    frames_unexplained: int = 0
-    frames_unknown: int = 0
-    kept: float = 1.0
-    loops_known: bool = True
-
-    def then(
-        self, observation: Observation, is_reversed: bool, reliability: float, told: int
-    ) -> "_Order":
-        """Return the order after one midline more; `told` as of `Chain._order_told`."""
-        return _Order(
-            is_reversed,
-            is_reversed != (told < 0) if told else self.model_reversed,
-            observation.path_number,
-            0 if observation.explains else self.frames_unexplained + 1,
-            0 if told else self.frames_unknown + 1,
-            1.0 if told else certainty_before_link(self.kept, reliability),
-            observation.loops_known,
-        )
-
-    def missed(self) -> "_Order":
-        """Return the order after a frame without a midline."""
-        return replace(
-            self,
-            path_number=0,
-            frames_unexplained=self.frames_unexplained + 1,
-            frames_unknown=self.frames_unknown + 1,
-        )
-
-    def reversed(self, frames: int) -> "_Order":
-        """Return the order where the chain is turned round from so many frames ago on."""
-        order = replace(self, is_reversed=not self.is_reversed)
-        if self.model_reversed is None or self.frames_unknown > frames:
-            return order
-        return replace(order, model_reversed=not self.model_reversed)
+    own_reliability: float = 1.0
 
 
 class Chain:
@@ -217,7 +146,7 @@ class Chain:
         self._frames_unsure = 0
         self._mean_step = 0.0
         self._forward = 0.0
-        self._order = _Order()
+        self._order = ChainOrder()
 
     @property
     def begun(self) -> bool:
@@ -251,52 +180,62 @@ class Chain:
 
     def push(self, observation: Observation) -> Link:
         """Link the next midline, which may be either way round."""
-        last = self._track.linked
+        last, settings = self._track.linked, self._settings
         if last is None:
             self._track.link(observation.points)
             self._bodies_begun = self._track.bodies_begun
             told = self._order_told(observation)
-            self._order = _Order().then(observation, False, 1.0, told)
+            self._order = ChainOrder().then(observation, False, told, 1.0)
             return Link(observation, 1.0, None)
         is_reversed, reliability = self._by_way(observation, last)
         new_body = self._track.bodies_begun != self._bodies_begun
         self._bodies_begun = self._track.bodies_begun
         if new_body:
             self._order = replace(self._order, model_reversed=None)
+        widths, kept = settings.widths, certainty_before_link(self._order.kept, reliability)
         told = self._order_told(observation)
-        known_again = self._known_again(told, is_reversed, reliability)
+        way_is_surer = self._order.contradicts(told, is_reversed) and kept > widths.reliability
+        told = 0 if way_is_surer else told
+        known_again = self._order.known_again(told, is_reversed, kept, widths)
         way_was_wrong = known_again is not None and known_again.way_was_wrong
         is_reversed ^= way_was_wrong
-        self._order = self._order.then(observation, is_reversed, reliability, told)
+        self._order = self._order.then(observation, is_reversed, told, kept)
+        if way_is_surer:
+            self._order = self._order.then_contradicted(widths)
         observation = observation.reversed() if is_reversed else observation
         motion = self._motion(observation.points, last)
         lies_on_itself = any(observation.end_sd_px) and observation.status is not Status.TRACKED
         if lies_on_itself or way_was_wrong:
             motion = None  # it hides how its parts move
-        poor = observation.confidence < self._settings.least_confidence
+        poor = observation.confidence < settings.least_confidence
         self._frames_unsure = self._frames_unsure + self._gap if poor else 0
         self._gap = 1
         self._track.link(observation.points)
         if new_body:
             return Link(observation, 0.5, motion, new_body)
-        return Link(observation, reliability, motion, known_again=known_again)
+        own = widths.contradicted_reliability if way_is_surer else 1.0
+        return Link(observation, reliability, motion, known_again=known_again, own_reliability=own)
 
     def _by_way(self, observation: Observation, last: Floats) -> tuple[bool, float]:
         """Tell by the way from the last midline which way round the next is, and how surely."""
-        straight = _mean_distance(observation.points, last)
-        turned = _mean_distance(observation.points[::-1], last)
+        straight = mean_distance(observation.points, last)
+        turned = mean_distance(observation.points[::-1], last)
         order, settings = self._order, self._settings
         same_path = order.path_number == observation.path_number != 0
         same_path &= order.frames_unexplained <= settings.most_frames_unexplained
         is_reversed = order.is_reversed if same_path else turned < straight
-        ends_stay = _ends_stay(observation, last)
+        by_ends = self._by_ends_seen(observation, last)
+        is_reversed = is_reversed if by_ends is None else by_ends
+        ends_stay = ends_nearer(observation, last)
         ends_differ = not same_path and ends_stay is not None and ends_stay == is_reversed
         if ends_differ and not (order.loops_known and observation.loops_known):
             is_reversed, ends_differ = not is_reversed, False
         seen = observation.reversed() if is_reversed else observation
         near, far = sorted((straight, turned))
         reliability = self._reliability(seen.points, last, seen.width, near, far)
-        if ends_differ or self._is_leap(seen.points, last, seen.width):
+        if by_ends is not None:
+            reliability = max(reliability, settings.ends_seen_reliability)
+        elif ends_differ or self._is_leap(seen.points, last, seen.width):
             reliability = min(reliability, settings.leap_reliability)
         elif same_path:
             reliability = max(reliability, settings.same_path_reliability)
@@ -306,23 +245,23 @@ class Chain:
             reliability = min(reliability, ends_kept(seen.points, seen.end_sd_px))
         return is_reversed, reliability
 
+    def _by_ends_seen(self, observation: Observation, last: Floats) -> bool | None:
+        """Tell by ends that were seen, and are, whether a midline comes reversed; None if unseen.
+
+        No end goes to where the other was from one frame to the next.
+        """
+        is_sure = observation.confidence >= self._settings.least_confidence
+        if not is_sure or not self._order.ends_seen or self._gap + self._frames_unsure > 1:
+            return None
+        stay = ends_in_place(observation, last, self._settings.ends_in_place)
+        return None if stay is None else not stay
+
     def _order_told(self, observation: Observation) -> int:
         """Return 1 where a midline's widths tell that it comes in the model's order, -1, or 0."""
         model = self._track.model
         if observation.order_known or model is None or observation.appearance is None:
             return int(observation.order_known)
         return model.order_told(observation.widths)  # as they were measured on an open body
-
-    def _known_again(self, told: int, is_reversed: bool, reliability: float) -> KnownAgain | None:
-        """Return what the widths of a midline say, together with the way to it."""
-        order, settings = self._order, self._settings
-        if not told or order.model_reversed is None:
-            return None
-        if (is_reversed != (told < 0)) != order.model_reversed:
-            return KnownAgain(order.frames_unknown, True, settings.turned_reliability)
-        kept = certainty_before_link(order.kept, reliability)
-        surely = both_say(kept, settings.order_reliability)
-        return KnownAgain(order.frames_unknown, False, surely)
 
     def _reliability(
         self, points: Floats, last: Floats, width: float, near: float, far: float
@@ -336,11 +275,11 @@ class Chain:
         # ratio of the two says anything.
         gone = self._mean_step * (frames - 1)
         sd = settings.point_step_sd_widths * width
-        reliability = _nearer_is_right(near, far, sd**2 * self._gap + gone**2)
+        reliability = nearer_is_right(near, far, sd**2 * self._gap + gone**2)
         if frames == 1 and reliability < settings.slid_below_reliability:
             # In a coil the turns lie near each other: what counts is the way from where it slid to.
-            near = min(near, _mean_distance(points, _slid(last, self._forward)))
-            reliability = _nearer_is_right(near, far, sd**2)
+            near = min(near, mean_distance(points, slid(last, self._forward)))
+            reliability = nearer_is_right(near, far, sd**2)
         return reliability
 
     def _is_leap(self, points: Floats, last: Floats, width: float) -> bool:
@@ -359,40 +298,3 @@ class Chain:
         n = len(points)
         self._forward = float(moved.real[n // 8 : n - n // 8].mean())
         return BodyMotion(self._forward / length_of(last))
-
-
-def _nearer_is_right(near: float, far: float, variance: float) -> float:
-    """Return the probability of the nearer of two ways, of mean distances in pixels."""
-    spread = variance + near**2
-    return float(1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0))))
-
-
-def _ends_stay(observation: Observation, last: Floats) -> bool | None:
-    """Tell whether both ends are where they were, or each where the other was; None where neither.
-
-    What lies between them tells nothing where a loop that is most of a body is passed the other
-    way: most of it is then in the other order.
-    """
-    if any(observation.occluded):
-        return None
-    ends, were = observation.points[[0, -1]], last[[0, -1]]
-    stay, change = (float(np.hypot(*(ends - at).T).sum()) for at in (were, were[::-1]))
-    if max(stay, change) < 2 * min(stay, change) + observation.width:
-        return None
-    return stay < change
-
-
-def _mean_distance(a: Floats, b: Floats) -> float:
-    """Return the mean distance of corresponding points."""
-    return float(np.abs(as_complex(a - b)).mean())
-
-
-def _slid(points: Floats, forward: float) -> Floats:
-    """Return a midline slid along itself by a length, towards its first end."""
-    line = as_complex(points)
-    s = complex_arc_length(line)
-    at = s - forward
-    slid = np.interp(at, s, line)
-    slid += np.minimum(at, 0.0) * (line[1] - line[0]) / max(s[1], 1e-9)
-    slid += np.maximum(at - s[-1], 0.0) * (line[-1] - line[-2]) / max(s[-1] - s[-2], 1e-9)
-    return as_points(slid)

@@ -15,8 +15,9 @@ from worm_tracker.head_tail.certainty import (
     certainty_before_link,
     probability,
 )
+from worm_tracker.head_tail.chain_order import KnownAgain
 from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail
-from worm_tracker.head_tail.link import KnownAgain, LinkDecision
+from worm_tracker.head_tail.link import LinkDecision
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.opening import AgreementSettings
 from worm_tracker.waiting.brief_gaps import BriefGaps, BriefGapSettings
@@ -269,7 +270,7 @@ class FrameQueue:
             link = None
             self._head_tail.miss()
         if link is not None:
-            pending.reliability = link.reliability
+            pending.reliability, pending.own_reliability = link.reliability, link.own_reliability
             if link.known_again is not None:
                 self._know_again(pending, link.known_again)
         if decision is not None:
