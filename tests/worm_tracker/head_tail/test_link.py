@@ -131,30 +131,33 @@ def test_widths_tell_the_order_whatever_a_way_past_a_hidden_end_says():
     assert link.motion is None
 
 
-def after_ends_seen(settings, contradictions):
+def after_ends_seen(contradictions, status=Status.FOLDED):
     """Return what is made of midlines whose widths tell another order than ends seen all along."""
-    chain = Chain(WormTrack(), settings)
+    chain = Chain(WormTrack(), LinkSettings())
     chain.push(folded(hairpin(60.0), order_known=True))
     chain.push(folded(hairpin(61.0)))
-    arms = 62.0 + np.arange(contradictions)
-    return [chain.push(folded(hairpin(arm)[::-1], order_known=True)) for arm in arms]
+    seen = [folded(hairpin(62.0 + k)[::-1], order_known=True) for k in range(contradictions)]
+    return [chain.push(replace(each, status=status)) for each in seen]
 
 
 def test_widths_do_not_exchange_ends_that_are_seen_where_they_were():
     """A real worm's tail, too pale for a picture, shifted its widths: its ends changed places."""
-    (link,) = after_ends_seen(LinkSettings(), 1)
+    (link,) = after_ends_seen(1)
     assert np.array_equal(link.observation.points, hairpin(62.0))
     assert link.known_again is None
     assert link.reliability > 0.999, "which end is which is kept"
     assert link.own_reliability < 0.9, "but not sure here: what is told of the body may be wrong"
 
 
-def test_widths_that_contradict_ends_seen_for_long_tell_nothing_but_from_there_on():
-    settings = LinkSettings()
-    most = settings.widths.most_contradicted
-    links = after_ends_seen(settings, most + 5)
+@pytest.mark.parametrize("status", [Status.TRACKED, Status.FOLDED])
+def test_widths_of_open_bodies_that_contradict_ends_seen_for_long_tell_from_there_on(status):
+    """Those of a folded one never do: what is told of how it lies may be what is wrong."""
+    most = LinkSettings().widths.most_contradicted
+    links = after_ends_seen(most + 5, status)
     assert all(link.known_again is None for link in links[:most])
-    assert all(link.own_reliability == 1.0 for link in links[most:])
+    assert all(link.own_reliability < 0.9 for link in links[:most])
+    sure = [link.own_reliability == 1.0 for link in links[most:]]
+    assert all(sure) if status is Status.TRACKED else not any(sure)
     for k, link in enumerate(links):
         assert np.array_equal(link.observation.points, hairpin(62.0 + k))
 

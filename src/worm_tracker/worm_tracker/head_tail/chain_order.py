@@ -17,8 +17,9 @@ class OrderByWidthsSettings:
     contradicted_reliability: float = 0.75
     """How surely that way tells it where it is surer than they are: that body may lie otherwise."""
     most_contradicted: int = 10
-    """Midlines in a row that contradict such a way: the widths told another order from the first,
-    or tell it now, and the way goes on."""
+    """Open midlines that contradict such a way, none that agrees between them, until the widths are
+    taken to have told another order from the first, or to tell it now: the way goes on. A folded
+    one may be what is wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +64,8 @@ class ChainOrder:
         Whether the last midline's loops were known to be passed as they were, and both its ends
         seen.
     contradicted : int
-        Of how many midlines in a row the widths told another order than a way that was surer.
+        Of how many open midlines the widths told another order than a way that was surer, since
+        one agreed.
     """
 
     is_reversed: bool = False
@@ -92,8 +94,10 @@ class ChainOrder:
             0 if told else self.contradicted,
         )
 
-    def then_contradicted(self, settings: OrderByWidthsSettings) -> "ChainOrder":
+    def then_contradicted(self, settings: OrderByWidthsSettings, *, is_open: bool) -> "ChainOrder":
         """Return the order, its last midline one of those that contradict the way."""
+        if not is_open:
+            return self
         if self.contradicted + 1 < settings.most_contradicted:
             return replace(self, contradicted=self.contradicted + 1)
         other = not self.model_reversed

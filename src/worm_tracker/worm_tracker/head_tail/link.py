@@ -201,7 +201,8 @@ class Chain:
         is_reversed ^= way_was_wrong
         self._order = self._order.then(observation, is_reversed, told, kept)
         if way_is_surer:
-            self._order = self._order.then_contradicted(widths)
+            is_open = observation.status is Status.TRACKED
+            self._order = self._order.then_contradicted(widths, is_open=is_open)
         observation = observation.reversed() if is_reversed else observation
         motion = self._motion(observation.points, last)
         lies_on_itself = any(observation.end_sd_px) and observation.status is not Status.TRACKED

@@ -295,7 +295,8 @@ class FrameQueue:
             if order < LEAST_CERTAINTY and each.observation.has_midline:
                 each.observation = each.observation.reversed()
             back = certainty_before_link(back, each.reliability)
-            each.reliability, each.own_reliability = 1.0, max(order, 1 - order)
+            each.own_reliability = min(each.own_reliability, max(order, 1 - order))
+            each.reliability = 1.0
         pending.reliability, pending.own_reliability = 1.0, again.reliability
 
     def _revise(self, decision: LinkDecision) -> None:
