@@ -64,11 +64,11 @@ def order_score(
         untold = (part >= in_doubt[0]) & (part <= in_doubt[1])
         between = (widths + turned) / 2
         widths, turned = np.where(untold, between, widths), np.where(untold, between, turned)
-    one, other = (_area_of(mask.shape, points, along) for along in (widths, turned))
-    difference = 1 - _shared(one, other)
+    one, other = (area_of_body(mask.shape, points, along) for along in (widths, turned))
+    difference = 1 - intersection_over_union(one, other)
     if difference < settings.least_difference:
         return 0.0
-    return (_shared(mask, one) - _shared(mask, other)) / difference
+    return (intersection_over_union(mask, one) - intersection_over_union(mask, other)) / difference
 
 
 def score_of_widths(widths: Floats, known: Floats, settings: OrderSettings) -> float:
@@ -92,13 +92,13 @@ def score_of_widths(widths: Floats, known: Floats, settings: OrderSettings) -> f
     return float(abs(widths[::-1] - known).sum() - abs(widths - known).sum()) / difference
 
 
-def _shared(one: Picture, other: Picture) -> float:
-    """Return the intersection over union of two masks."""
+def intersection_over_union(one: Picture, other: Picture) -> float:
+    """Return that of two masks, 0 to 1."""
     common = cv2.countNonZero(cv2.bitwise_and(one, other))
     return common / max(cv2.countNonZero(cv2.bitwise_or(one, other)), 1)
 
 
-def _area_of(shape: tuple[int, ...], points: Floats, widths: Floats) -> Picture:
+def area_of_body(shape: tuple[int, ...], points: Floats, widths: Floats) -> Picture:
     """Draw a body; 0 or 255."""
     line = as_complex(points)
     side = 0.5j * tangents(line) * np.maximum(widths, 1.0)

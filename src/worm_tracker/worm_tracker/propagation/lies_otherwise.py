@@ -9,6 +9,7 @@ from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.laid_anew import followed_body, keeps_loop
 from worm_tracker.propagation.laid_by_marks import with_loops_by_marks
+from worm_tracker.propagation.laid_by_widths import with_loop_by_widths
 
 
 def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
@@ -23,7 +24,8 @@ def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
         found = _lies_better(scene, found)
     if found is None:
         return None
-    return scene.turned_round(with_loops_by_marks(scene, found))
+    by_marks = with_loops_by_marks(scene, found)
+    return scene.turned_round(with_loop_by_widths(scene, by_marks))
 
 
 def _is_doubted(scene: CandidateSearch, found: Candidate) -> bool:

@@ -16,6 +16,7 @@ from worm_tracker.midline.regrown_ends import RegrownEndsSettings
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings
 from worm_tracker.midline.strand_shift import StrandShiftSettings
 from worm_tracker.midline.way_by_marks import WayByMarksSettings
+from worm_tracker.midline.way_by_widths import WayByWidthsSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,6 +199,7 @@ class PropagationSettings:
     """Strands may have crossed unseen wherever they touch, not only where they are exchanged."""
     shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
     marks: WayByMarksSettings = field(default_factory=WayByMarksSettings)
+    way_by_widths: WayByWidthsSettings = field(default_factory=WayByWidthsSettings)
     slack: HiddenSlackSettings = field(default_factory=HiddenSlackSettings)
     residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
     path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)
