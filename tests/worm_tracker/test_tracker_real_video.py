@@ -122,9 +122,15 @@ def test_a_thin_tail_that_the_threshold_loses_is_not_told_along_another_strand()
         1020: ((122, 126), (113, 98)),
         1030: ((122, 127), (112, 100)),
     }
+    told = 0
     for frame, tips in tips_by_eye.items():
+        ends = told_ends(given[frame - first])
+        if np.isnan(ends).any():
+            continue
+        told += 1
         for tip in np.array(tips, np.float64):
-            assert np.hypot(*(told_ends(given[frame - first]) - tip).T).min() < 6.0, frame
+            assert np.hypot(*(ends - tip).T).min() < 6.0, frame
+    assert told >= 5
 
 
 def test_a_real_worm_never_has_its_ends_exchanged_where_both_are_seen():
