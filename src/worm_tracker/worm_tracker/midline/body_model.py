@@ -46,7 +46,7 @@ class BodyModelSettings:
     wide_px: float = 12.0
     """Midlines until which a body as wide as this stays young while its profile scatters by more:
     it may be laid double, and look like a shorter open one. Narrower ones differ as much by their
-    noise. One that has not grown for so long is believed: of 64 films the last one that was laid
+    noise. One that has not grown for so long is believed: of 74 films the last one that was laid
     double was found to be by 232, the one before by 169; real worms scatter as much for good."""
     profile_end_part: float = 0.125
     profile_nodes: int = 5

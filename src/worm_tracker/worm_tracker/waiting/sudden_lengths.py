@@ -18,7 +18,7 @@ class SuddenLengthSettings:
     moment_s: float = 0.5
     most_log_length: float = 0.12
     """How far the length of a folded body may be from the median of those told a moment before:
-    of 16 000 right ones in 72 films of worms with strokes 5 were farther off, and all five midlines
+    of 16 000 right ones in 76 films of worms with strokes 5 were farther off, and all five midlines
     of a real worm whose tail had been lost beneath another strand."""
     least_lengths: int = 4
     """Fewer tell nothing."""
