@@ -16,18 +16,15 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from rclpy.serialization import deserialize_message
 from rich.console import Console
 from rich.table import Table
-from sensor_msgs.msg import CompressedImage
 
 from benchmarks.folds import frechet_px
 from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY, TrackedFrame
 from worm_tracker.detection.polarity import Polarity
 from worm_tracker.parameters import TrackerParameters
-from worm_tracker.sources.bags.bag_reader import BagPictures
-from worm_tracker.sources.image_decoder import PictureDecoder
+from worm_tracker.sources.bags.pictures import pictures_of_bag
 from worm_tracker.tracker import Tracker
 
 BAGS = Path(__file__).parents[1] / "bags"
@@ -87,12 +84,8 @@ GUISES = {
 
 def wormtracer() -> RealFilm:
     """Return the film of coils."""
-    decoder, pictures, stamps = PictureDecoder(), [], []
-    with BagPictures(BAGS / "wormtracer") as bag:
-        for each in bag:
-            pictures.append(decoder.decode(deserialize_message(each.raw, CompressedImage)))
-            stamps.append(each.stamp_ns)
-    return RealFilm(pictures, stamps, Polarity.BRIGHT, 10.7)
+    pictures, stamps = zip(*pictures_of_bag(BAGS / "wormtracer"), strict=True)
+    return RealFilm(list(pictures), list(stamps), Polarity.BRIGHT, 10.7)
 
 
 def wormpose() -> RealFilm:
@@ -102,13 +95,18 @@ def wormpose() -> RealFilm:
         for name in sorted(name for name in archive.namelist() if name.endswith(".png")):
             packed = np.frombuffer(archive.read(name), np.uint8)
             crop = np.asarray(cv2.imdecode(packed, cv2.IMREAD_GRAYSCALE))
-            rim = np.concatenate([crop[0], crop[-1], crop[:, 0], crop[:, -1]])
-            canvas = np.full((CROP_SIDE_PX, CROP_SIDE_PX), round(float(np.median(rim))), np.uint8)
-            v, u = ((CROP_SIDE_PX - size) // 2 for size in crop.shape)
-            canvas[v : v + crop.shape[0], u : u + crop.shape[1]] = crop
-            pictures.append(canvas)
+            pictures.append(on_canvas(crop)[0])
     stamps = [round(k * 1e9 / CROPS_PER_S) for k in range(len(pictures))]
     return RealFilm(pictures, stamps, Polarity.DARK, 10.6)
+
+
+def on_canvas(crop: Picture) -> tuple[Picture, tuple[int, int]]:
+    """Return a crop in the middle of a canvas of water, and its corner (u, v) there."""
+    rim = np.concatenate([crop[0], crop[-1], crop[:, 0], crop[:, -1]])
+    canvas = np.full((CROP_SIDE_PX, CROP_SIDE_PX), round(float(np.median(rim))), np.uint8)
+    v, u = ((CROP_SIDE_PX - size) // 2 for size in crop.shape)
+    canvas[v : v + crop.shape[0], u : u + crop.shape[1]] = crop
+    return canvas, (u, v)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from drawn_by_discs import drawn_by_discs
 
 from worm_msgs_py import Status
 from worm_tracker.detection.blobs import BlobSettings, whole_picture
@@ -117,9 +118,7 @@ def tapered(points, widths, blunt):
     taper = np.clip(np.linspace(0.0, LENGTH / WIDTH, 65) / 1.6, 0.15, 1.0)
     both = widths * taper * taper[::-1]
     drawn = widths * taper if blunt else both
-    signal = np.zeros(SHAPE, np.uint8)
-    for (u, v), width in zip(points, drawn, strict=True):
-        cv2.circle(signal, (round(16 * u), round(16 * v)), round(8 * width), 100, -1, shift=4)
+    signal = drawn_by_discs(SHAPE, points, drawn, level=100)
     return both, object_of(cv2.GaussianBlur(signal, (0, 0), 0.8))
 
 

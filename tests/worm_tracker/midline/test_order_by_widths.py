@@ -1,8 +1,8 @@
 """A body's widths tell which of its ends is which, wherever it lies and whatever hides a part."""
 
-import cv2
 import numpy as np
 import pytest
+from drawn_by_discs import drawn_by_discs, finely
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -23,14 +23,7 @@ def curved(turn_rad, length=220.0):
 
 
 def seen(points, widths):
-    """Return the picture of a body, drawn by discs."""
-    mask = np.zeros((320, 320), np.uint8)
-    at = np.linspace(0, N - 1, 600)
-    for u, v, w in zip(
-        *(np.interp(at, np.arange(N), line) for line in (*points.T, widths)), strict=True
-    ):
-        cv2.circle(mask, (round(16 * u), round(16 * v)), round(8 * w), 255, -1, cv2.LINE_8, 4)
-    return mask
+    return drawn_by_discs((320, 320), finely(points, 600), finely(widths, 600))
 
 
 @given(turn_rad=st.floats(-6.0, 6.0))

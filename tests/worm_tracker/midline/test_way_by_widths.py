@@ -1,12 +1,13 @@
 """The taper of an end that lies in a loop tells which way round that is passed."""
 
-import cv2
 import numpy as np
 import pytest
+from drawn_by_discs import drawn_by_discs, finely
 from drawn_folds import laid
 from hypothesis import given
 from hypothesis import strategies as st
 
+from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings, loops_otherwise
 from worm_tracker.midline.way_by_widths import (
@@ -38,16 +39,10 @@ def looped(tail_widths, radius_widths=3.0, lead_widths=6.0):
 
 
 def seen(path, widths, across=1.0):
-    """Return the picture of a body, drawn by discs."""
-    curve = path.curve
-    size = int(max(curve.real.max(), curve.imag.max())) + 40
-    mask = np.zeros((size, size), np.uint8)
-    at = np.linspace(0, len(curve) - 1, len(widths))
-    for k, z in enumerate(curve):
-        radius = across * np.interp(k, at, widths) / 2
-        centre = round(16 * z.real), round(16 * z.imag)
-        cv2.circle(mask, centre, round(16 * radius), 255, -1, cv2.LINE_8, 4)
-    return mask
+    """Return the picture of a body, so much broader than it is known to be."""
+    points = as_points(path.curve)
+    side = int(points.max()) + 40
+    return drawn_by_discs((side, side), points, across * finely(widths, len(points)))
 
 
 def otherwise(path):
@@ -72,8 +67,10 @@ def test_a_tail_that_tapers_into_its_loop_tells_which_way_that_is_passed(path, w
 @given(path=BODIES, widths=TAPERS)
 def test_a_loop_that_is_passed_right_is_not_taken_for_a_wrong_one(path, widths):
     mask = seen(path, widths)
-    (found,) = loops_by_widths(mask, path, widths, WIDTH, EXCHANGE, LEAST_BREADTH_WIDTHS, SETTINGS)
-    assert found.score > SETTINGS.most_score_of_wrong
+    ((score, _),) = loops_by_widths(
+        mask, path, widths, WIDTH, EXCHANGE, LEAST_BREADTH_WIDTHS, SETTINGS
+    )
+    assert score > SETTINGS.most_score_of_wrong
 
 
 @given(path=BODIES)

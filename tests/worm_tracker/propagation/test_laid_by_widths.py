@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 
-import cv2
 import numpy as np
 import pytest
 from body_searches import candidate, search_after
+from drawn_by_discs import drawn_by_discs, finely
 from drawn_folds import laid
 
 from worm_tracker.midline.body_residual import ObjectMasks
+from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import loops_otherwise
 from worm_tracker.propagation.body_candidates import CandidateSearch
@@ -21,13 +22,10 @@ TAPERING = WIDTH * np.interp(np.linspace(0, 1, 65), [0.0, 0.6, 1.0], [1.0, 1.0, 
 
 
 def search_in(widths):
-    """Return the search for a body of some widths in its picture, drawn by discs."""
+    """Return the search for a body of some widths in its picture."""
     search = search_after(PATH, WIDTH, 1, loops_known=True)
-    mask = np.zeros((260, 260), np.uint8)
-    for k, z in enumerate(PATH.curve):
-        radius = np.interp(k, np.linspace(0, len(PATH.curve) - 1, 65), widths) / 2
-        centre = round(16 * z.real), round(16 * z.imag)
-        cv2.circle(mask, centre, round(16 * radius), 255, -1, cv2.LINE_8, 4)
+    points = as_points(PATH.curve)
+    mask = drawn_by_discs((260, 260), points, finely(widths, len(points)))
     seen = ObjectMasks(mask, None, WIDTH, search.settings.residual)
     return replace(search, seen=seen, model=replace(search.model, widths=widths))
 

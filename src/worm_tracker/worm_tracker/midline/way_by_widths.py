@@ -10,11 +10,7 @@ from dataclasses import dataclass
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.midline.order_by_widths import area_of_body, intersection_over_union
 from worm_tracker.midline.path import BodyPath
-from worm_tracker.midline.strand_exchange import (
-    DoubtfulLoop,
-    StrandExchangeSettings,
-    loops_otherwise,
-)
+from worm_tracker.midline.strand_exchange import StrandExchangeSettings, loops_otherwise
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,24 +27,6 @@ class WayByWidthsSettings:
     least_score: float = 0.4
     """By how much the other way must cover the object better once it has been slid: half of what a
     body without a fault would."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class LoopByWidths:
-    """A loop, and what widths say of it.
-
-    Attributes
-    ----------
-    loop : DoubtfulLoop
-    otherwise : BodyPath
-        The body that passes it the other way round.
-    score : float
-        As of `score_of_way`, against that.
-    """
-
-    loop: DoubtfulLoop
-    otherwise: BodyPath
-    score: float
 
 
 def score_of_way(
@@ -88,8 +66,10 @@ def loops_by_widths(
     exchange: StrandExchangeSettings,
     least_breadth_widths: float,
     settings: WayByWidthsSettings,
-) -> Iterator[LoopByWidths]:
-    """Yield the loops of a path that are broader than that and of which its widths tell something.
+) -> Iterator[tuple[float, BodyPath]]:
+    """Yield the score of each loop against the other way past it, and the body that goes there.
+
+    Of those broader than so many widths and of which widths tell something.
 
     Parameters
     ----------
@@ -101,7 +81,7 @@ def loops_by_widths(
     least_breadth_widths : float
     settings : WayByWidthsSettings
     """
-    for loop, otherwise in loops_otherwise(path, width, exchange, least_breadth_widths):
+    for _, otherwise in loops_otherwise(path, width, exchange, least_breadth_widths):
         score = score_of_way(mask, path.points, otherwise.points, widths, settings)
         if score is not None:
-            yield LoopByWidths(loop, otherwise, score)
+            yield score, otherwise

@@ -1,6 +1,7 @@
 """Lays a loop of a body as its widths say that it is passed."""
 
 from dataclasses import replace
+from math import inf
 
 from worm_tracker.midline.way_by_widths import loops_by_widths, score_of_way
 from worm_tracker.propagation.body_candidates import CandidateSearch
@@ -26,10 +27,10 @@ def with_loop_by_widths(scene: CandidateSearch, found: Candidate) -> Candidate:
         settings.least_breadth_widths,
         by_widths,
     )
-    worst = min(loops, key=lambda each: each.score, default=None)
-    if worst is None or worst.score > by_widths.most_score_of_wrong:
+    least, otherwise = min(loops, key=lambda each: each[0], default=(inf, found.path))
+    if least > by_widths.most_score_of_wrong:
         return found
-    slid = scene.slid(worst.otherwise)
+    slid = scene.slid(otherwise)
     if slid is None or scene.over_limits(slid) > 1 or scene.leaps(slid):
         return found
     score = score_of_way(mask, slid.path.points, found.path.points, widths, by_widths)

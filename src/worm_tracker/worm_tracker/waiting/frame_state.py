@@ -1,6 +1,6 @@
 """From an observation, its head and the rig to what the tracker says of a frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, hypot, inf, isfinite, nan
 
 import numpy as np
@@ -10,6 +10,7 @@ from worm_msgs_py.contract.body import BodyState, Keypoint, Midline, TrackedFram
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.contract.frames import CAMERA, CHAMBER_A, Where
 from worm_msgs_py.contract.locating import is_in_passage
+from worm_msgs_py.contract.status import Status
 from worm_msgs_py.units import MM_PER_M
 from worm_tracker.frame_intervals import AT_ONCE, Elapsed
 from worm_tracker.midline.curve import arc_length
@@ -103,6 +104,25 @@ def tracked_frame(
     )
     midline = _midline(seen, chamber, scale) if body else Midline.empty()
     return TrackedFrame(state, midline, geometry)
+
+
+def taken_back(frame: TrackedFrame) -> TrackedFrame:
+    """Return a frame without its pose: how the body lies is not known."""
+    state = replace(
+        frame.state,
+        status=Status.COILED,
+        where=Where.UNKNOWN,
+        confidence=0.0,
+        head_certainty=0.5,
+        head=Keypoint(),
+        centroid=replace(frame.state.centroid, yaw_rad=nan),
+        tail=Keypoint(),
+        length_px=nan,
+        width_px=nan,
+        length_m=nan,
+        width_m=nan,
+    )
+    return replace(frame, state=state, midline=Midline.empty())
 
 
 def _tips(seen: Observation, chamber: Chamber | None, scale: float) -> tuple[Keypoint, Keypoint]:

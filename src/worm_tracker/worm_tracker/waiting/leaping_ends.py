@@ -5,16 +5,15 @@ go two widths off and come back: it was never there.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from math import nan
 
 import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats, Mask
-from worm_msgs_py.contract.body import BodyState, Keypoint, Midline, TrackedFrame
-from worm_msgs_py.contract.frames import Where
-from worm_msgs_py.contract.status import Status
+from worm_msgs_py.contract.body import BodyState, TrackedFrame
+from worm_tracker.waiting.frame_state import taken_back
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,22 +189,3 @@ def _between(
             verdicts[first : last + 1] = [verdict] * (last + 1 - first)
         first = last + 1
     return verdicts
-
-
-def taken_back(frame: TrackedFrame) -> TrackedFrame:
-    """Return a frame without its pose: how the body lies is not known."""
-    state = replace(
-        frame.state,
-        status=Status.COILED,
-        where=Where.UNKNOWN,
-        confidence=0.0,
-        head_certainty=0.5,
-        head=Keypoint(),
-        centroid=replace(frame.state.centroid, yaw_rad=nan),
-        tail=Keypoint(),
-        length_px=nan,
-        width_px=nan,
-        length_m=nan,
-        width_m=nan,
-    )
-    return replace(frame, state=state, midline=Midline.empty())

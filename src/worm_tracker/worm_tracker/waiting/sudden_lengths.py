@@ -8,7 +8,7 @@ from statistics import median
 
 from worm_msgs_py.contract.body import BodyState, TrackedFrame
 from worm_msgs_py.contract.status import Status
-from worm_tracker.waiting.leaping_ends import taken_back
+from worm_tracker.waiting.frame_state import taken_back
 
 
 @dataclass(frozen=True, slots=True)
