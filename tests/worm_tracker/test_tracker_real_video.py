@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from benchmarks.guises import GUISES, exchanged, tracked, wormtracer
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage
 
@@ -136,18 +137,11 @@ def test_a_thin_tail_that_the_threshold_loses_is_not_told_along_another_strand()
 def test_a_real_worm_never_has_its_ends_exchanged_where_both_are_seen():
     """Its widths seem to be those of the other order wherever its pale tail is cut short: head and
     tail went to where the other had been, for certain, in 5 of 1500 frames, 3 of them open."""
-    given = tracked_bag("wormtracer", 0, 1500, no_chamber=True, polarity="bright")
-    exchanged = []
-    for one, other in pairwise(given):
-        if min(one.state.head_certainty, other.state.head_certainty) < 0.9:
-            continue
-        ends, were = told_ends(other), told_ends(one)
-        stay, change = (np.hypot(*(ends - at).T) for at in (were, were[::-1]))
-        if change.max() < min(7.0, stay.min()):  # pixels: a width is nine
-            exchanged.append(other.state.frame)
-    assert not exchanged
-    certain = [tracked.state.head_certainty >= 0.9 for tracked in given]
-    assert np.mean(certain) > 0.85
+    film = wormtracer()
+    told = tracked(film, GUISES["as it is"])
+    assert len(told) == 1500
+    assert exchanged(told, film.width_px) == []
+    assert np.mean([each.is_certain for each in told.values()]) > 0.85
 
 
 def leaps(bodies, far_px=15.0):

@@ -8,14 +8,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from benchmarks.guises import CROPS_PER_S, on_canvas
 
 from worm_tracker.midline.curve import arc_length
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
 CROPS = Path(__file__).parents[2] / "bags" / "wormpose_crops.zip"
-SIZE = 140
-FPS = 15
 ENDS = {"head": (0, 2.7), "tail": (-1, 3.2)}
 """Which point of a line is it, and how far within the body's end the other tool's skeletons end.
 
@@ -49,11 +48,9 @@ def tracked():
     """
     tracker, given, corners = Tracker(TrackerParameters(no_chamber=True)), [], []
     for k, crop in enumerate(crops()[0]):
-        canvas = np.full((SIZE, SIZE), round(water(crop)), np.uint8)
-        v, u = (SIZE - crop.shape[0]) // 2, (SIZE - crop.shape[1]) // 2
-        canvas[v : v + crop.shape[0], u : u + crop.shape[1]] = crop
-        corners.append((u, v))
-        given += tracker.push(canvas, round(k * 1e9 / FPS))
+        canvas, corner = on_canvas(crop)
+        corners.append(corner)
+        given += tracker.push(canvas, round(k * 1e9 / CROPS_PER_S))
     given += tracker.finish()
     lines = [np.stack([t.midline.u_px, t.midline.v_px], axis=1) for t in given]
     found = [line - at if len(line) else None for line, at in zip(lines, corners, strict=True)]
