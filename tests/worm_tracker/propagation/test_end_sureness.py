@@ -40,10 +40,11 @@ def hairpin(apart_px, beyond_px=0.0):
     return BodyPath(evenly(200 + 200j + np.r_[first, bend[1:-1], last], 240))
 
 
-def end_sds(path, seen_px, darkening=0.5, length_scatter=0.02):
+def end_sds(path, seen_px, darkening=0.5, length_scatter=0.02, shorter=1.0, **body):
     search = search_after(path, WIDTH, 1, loops_known=True)
     model = replace(search.model, darkening=darkening, length_scatter=length_scatter)
-    body = PropagatedBody(path, 0.95, 0.95, end_sd_px=seen_px)
+    model = replace(model, length=shorter * model.length)
+    body = PropagatedBody(path, 0.95, 0.95, end_sd_px=seen_px, **body)
     return end_sd_px_of(body, model, search.settings)
 
 
@@ -66,6 +67,22 @@ def test_of_one_shade_an_end_on_the_body_is_no_surer_than_the_length(darkening):
     first, last = end_sds(path, (1.0, 1.0), darkening)
     by_length = 0.02 * path.length
     assert first == pytest.approx(by_length if darkening == 0.0 else 1.0)
+    assert last == 1.0, "it lies clear of the body"
+
+
+@pytest.mark.parametrize(
+    ("shorter", "darkening", "is_told"),
+    [(1.2, 0.0, True), (1.4, 0.0, False), (1.4, 0.5, True)],
+)
+def test_of_one_shade_an_end_on_a_body_shorter_than_any_stroke_makes_it_is_not_told(
+    shorter, darkening, is_told
+):
+    """Seven midlines of a worm of one shade were told by their outline, 25 % short and more."""
+    path = hairpin(0.9 * WIDTH, beyond_px=6 * WIDTH)
+    clear = (True, False)
+    first, last = end_sds(path, (1.0, 1.0), darkening, shorter=shorter, clear_ends=clear)
+    assert (first == 1.0) is is_told
+    assert is_told or first > 3 * WIDTH
     assert last == 1.0, "it lies clear of the body"
 
 

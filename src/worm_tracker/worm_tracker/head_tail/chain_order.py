@@ -17,9 +17,11 @@ class OrderByWidthsSettings:
     contradicted_reliability: float = 0.75
     """How surely that way tells it where it is surer than they are: that body may lie otherwise."""
     most_contradicted: int = 10
-    """Open midlines that contradict such a way, none that agrees between them, until the widths are
-    taken to have told another order from the first, or to tell it now: the way goes on. A folded
-    one may be what is wrong."""
+    """Open midlines that contradict such a way, none that agrees between them, until neither is
+    believed: either the way exchanged the ends, or the widths do not tell them. A folded one may be
+    what is wrong."""
+    given_up_reliability: float = 0.5
+    """How surely the order has been kept then: motion and looks tell anew which end is the head."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,10 +96,11 @@ class ChainOrder:
             0 if told else self.contradicted,
         )
 
-    def then_contradicted(self, settings: OrderByWidthsSettings, *, is_open: bool) -> "ChainOrder":
-        """Return the order, its last midline one of those that contradict the way."""
-        if not is_open:
-            return self
+    def then_contradicted(self, settings: OrderByWidthsSettings) -> "ChainOrder":
+        """Return the order, its last midline an open one that contradicts the way.
+
+        After too many neither is believed: from then on the order is the one that widths tell now.
+        """
         if self.contradicted + 1 < settings.most_contradicted:
             return replace(self, contradicted=self.contradicted + 1)
         other = not self.model_reversed

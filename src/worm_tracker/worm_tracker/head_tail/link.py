@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from worm_msgs_py.arrays import Floats
+from worm_msgs_py.arrays import Floats, Mask
 from worm_msgs_py.contract.status import Status
 from worm_tracker.head_tail.certainty import certainty_before_link
 from worm_tracker.head_tail.chain_order import (
@@ -18,6 +18,7 @@ from worm_tracker.head_tail.order_by_place import (
     ends_nearer,
     mean_distance,
     nearer_is_right,
+    points_in_order,
     slid,
 )
 from worm_tracker.midline.body_model import BodyModelSettings
@@ -147,6 +148,7 @@ class Chain:
         self._mean_step = 0.0
         self._forward = 0.0
         self._order = ChainOrder()
+        self._in_order: Mask = np.empty(0, bool)
 
     @property
     def begun(self) -> bool:
@@ -176,13 +178,14 @@ class Chain:
         """Turn the last midlines round, since so many frames ago: they were linked wrong."""
         if self._track.linked is not None:
             self._track.link(self._track.linked[::-1])
+            self._in_order = self._in_order[::-1]
             self._order = self._order.reversed(frames)
 
     def push(self, observation: Observation) -> Link:
         """Link the next midline, which may be either way round."""
         last, settings = self._track.linked, self._settings
         if last is None:
-            self._track.link(observation.points)
+            self._take(observation)
             self._bodies_begun = self._track.bodies_begun
             told = self._order_told(observation)
             self._order = ChainOrder().then(observation, False, told, 1.0)
@@ -200,9 +203,10 @@ class Chain:
         way_was_wrong = known_again is not None and known_again.way_was_wrong
         is_reversed ^= way_was_wrong
         self._order = self._order.then(observation, is_reversed, told, kept)
-        if way_is_surer:
-            is_open = observation.status is Status.TRACKED
-            self._order = self._order.then_contradicted(widths, is_open=is_open)
+        if way_is_surer and observation.status is Status.TRACKED:
+            self._order = self._order.then_contradicted(widths)
+            if not self._order.contradicted:
+                reliability = widths.given_up_reliability
         observation = observation.reversed() if is_reversed else observation
         motion = self._motion(observation.points, last)
         lies_on_itself = any(observation.end_sd_px) and observation.status is not Status.TRACKED
@@ -211,17 +215,23 @@ class Chain:
         poor = observation.confidence < settings.least_confidence
         self._frames_unsure = self._frames_unsure + self._gap if poor else 0
         self._gap = 1
-        self._track.link(observation.points)
+        self._take(observation)
         if new_body:
             return Link(observation, 0.5, motion, new_body)
         own = widths.contradicted_reliability if way_is_surer else 1.0
         return Link(observation, reliability, motion, known_again=known_again, own_reliability=own)
 
+    def _take(self, observation: Observation) -> None:
+        """Remember a midline, in the chain's order, as the last one."""
+        self._track.link(observation.points)
+        self._in_order = points_in_order(observation)
+
     def _by_way(self, observation: Observation, last: Floats) -> tuple[bool, float]:
         """Tell by the way from the last midline which way round the next is, and how surely."""
-        straight = mean_distance(observation.points, last)
-        turned = mean_distance(observation.points[::-1], last)
         order, settings = self._order, self._settings
+        in_order = points_in_order(observation)
+        straight = mean_distance(observation.points, last, in_order & self._in_order)
+        turned = mean_distance(observation.points[::-1], last, in_order[::-1] & self._in_order)
         same_path = order.path_number == observation.path_number != 0
         same_path &= order.frames_unexplained <= settings.most_frames_unexplained
         is_reversed = order.is_reversed if same_path else turned < straight
@@ -229,11 +239,9 @@ class Chain:
         is_reversed = is_reversed if by_ends is None else by_ends
         ends_stay = ends_nearer(observation, last)
         ends_differ = not same_path and ends_stay is not None and ends_stay == is_reversed
-        if ends_differ and not (order.loops_known and observation.loops_known):
-            is_reversed, ends_differ = not is_reversed, False
         seen = observation.reversed() if is_reversed else observation
         near, far = sorted((straight, turned))
-        reliability = self._reliability(seen.points, last, seen.width, near, far)
+        reliability = self._reliability(seen, last, near, far)
         if by_ends is not None:
             reliability = max(reliability, settings.ends_seen_reliability)
         elif ends_differ or self._is_leap(seen.points, last, seen.width):
@@ -264,9 +272,7 @@ class Chain:
             return int(observation.order_known)
         return model.order_told(observation.widths)  # as they were measured on an open body
 
-    def _reliability(
-        self, points: Floats, last: Floats, width: float, near: float, far: float
-    ) -> float:
+    def _reliability(self, seen: Observation, last: Floats, near: float, far: float) -> float:
         """Return the probability that the nearer of two ways round is the right one."""
         settings = self._settings
         frames = self._gap + self._frames_unsure
@@ -275,11 +281,12 @@ class Chain:
         # A body not seen for long may be anywhere. Where even the better way is far off, only the
         # ratio of the two says anything.
         gone = self._mean_step * (frames - 1)
-        sd = settings.point_step_sd_widths * width
+        sd = settings.point_step_sd_widths * seen.width
         reliability = nearer_is_right(near, far, sd**2 * self._gap + gone**2)
         if frames == 1 and reliability < settings.slid_below_reliability:
             # In a coil the turns lie near each other: what counts is the way from where it slid to.
-            near = min(near, mean_distance(points, slid(last, self._forward)))
+            in_order = points_in_order(seen) & self._in_order
+            near = min(near, mean_distance(seen.points, slid(last, self._forward), in_order))
             reliability = nearer_is_right(near, far, sd**2)
         return reliability
 

@@ -5,7 +5,7 @@ from math import exp
 
 import numpy as np
 
-from worm_msgs_py.arrays import Floats
+from worm_msgs_py.arrays import Floats, Mask
 from worm_tracker.midline.curve import as_complex, as_points, complex_arc_length
 from worm_tracker.observation import Observation
 
@@ -83,9 +83,22 @@ def nearer_is_right(near: float, far: float, variance: float) -> float:
     return float(1 / (1 + exp(-min((far**2 - near**2) / (2 * spread), 30.0))))
 
 
-def mean_distance(a: Floats, b: Floats) -> float:
-    """Return the mean distance of corresponding points, (n, 2) each."""
-    return float(np.abs(as_complex(a - b)).mean())
+def mean_distance(a: Floats, b: Floats, of: Mask) -> float:
+    """Return the mean distance of those of corresponding points, (n, 2) each; 0 of none."""
+    away = np.abs(as_complex(a[of] - b[of]))
+    return float(away.mean()) if len(away) else 0.0
+
+
+def points_in_order(observation: Observation) -> Mask:
+    """Return which of a midline's points tell which way round it comes, shape (n,).
+
+    Those in a loop in doubt may come in the other order than the ends do, which lie where they are
+    whichever way it is passed.
+    """
+    told = np.ones(len(observation.points), bool)
+    told[slice(*observation.in_doubt)] = False
+    told[[0, -1]] = True
+    return told
 
 
 def slid(points: Floats, forward: float) -> Floats:

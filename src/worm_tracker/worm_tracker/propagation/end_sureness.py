@@ -30,14 +30,17 @@ def end_sd_px_of(
     It is no surer than the length agrees with the known one, and than the worm keeps its length.
     Nor are two that coincide, either of which may be the other, nor is a pale one of a folded body
     shorter than a stroke makes it: the object may have been seen without it, unless its marks tell
-    that it is whole.
+    that it is whole. Of one shade an end on a body shorter than any stroke makes it lies elsewhere,
+    whatever the outline says.
     """
     folded = lies_near_itself(body.path.curve, mean_width(model.widths), body.path.step)
     near_px = settings.near_end_widths * model.width
     on_body = ends_on_body(body.path.curve, near_px, body.path.step)
     off = max(abs(body.path.length - model.length), model.length_scatter * model.length)
-    short = folded and log(model.length / body.path.length) > settings.most_log_shortening_of_pale
+    shortening = log(model.length / body.path.length) if folded else 0.0
+    short = shortening > settings.most_log_shortening_of_pale
     dark = overlaps_tell(model, settings)
+    too_short = not dark and shortening > settings.most_log_shortening_of_one_shade
     apart_px = float(np.hypot(*(body.points[0] - body.points[-1])))
     coincide = folded and apart_px < settings.coinciding_ends_widths * model.width
     if coincide and max(body.end_sd_px) > settings.most_end_sd_of_coinciding_widths * model.width:
@@ -51,7 +54,7 @@ def end_sd_px_of(
             on_body,
             model.pale_ends,
             [short and not whole for whole in body.whole_ends],
-            [any(told) for told in zip(by_marks, by_outline, strict=True)],
+            [any(told) and not too_short for told in zip(by_marks, by_outline, strict=True)],
             strict=True,
         )
     ]
