@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
+from benchmarks.fold_conditions import CONDITIONS
 from benchmarks.fold_films import (
     FILMS,
     LINE_FILMS,
@@ -299,10 +300,11 @@ def reliability(certainty: NDArray[np.float64], near: NDArray[np.bool_]) -> list
     ]
 
 
-def measured(job: tuple[str, str, Path, int, Path | None]) -> dict[str, Any]:
+def measured(job: tuple[str, str, str, Path, int, Path | None]) -> dict[str, Any]:
     """Track one film and return its figures; write overlays where asked."""
-    worm, look, cache, frames, overlays = job
+    worm, look, condition, cache, frames, overlays = job
     film = fold_film(worm, look, cache)
+    film = CONDITIONS[condition](film) if condition else film
     count = min(frames, len(film)) if frames else len(film)
     scores, ms, lines = track(film, count)
     result = figures(film, scores, ms)
@@ -346,6 +348,7 @@ def main() -> None:
     parser.add_argument(
         "--look", default="", help="one_shade, darker, coarse, skin, thin_tail, lines, steered"
     )
+    parser.add_argument("--condition", default="", choices=CONDITIONS, help="in which it is shown")
     parser.add_argument("--frames", type=int, default=0, help="only the first so many")
     parser.add_argument("--jobs", type=int, choices=(1, 2), default=1)
     parser.add_argument("--cache", type=Path, default=Path(gettempdir()) / "worm_fold_films")
@@ -360,7 +363,8 @@ def main() -> None:
     ]
     if not films:
         parser.error("no such film")
-    jobs = [(*film, asked.cache, asked.frames, asked.overlays) for film in films]
+    rest = (asked.condition, asked.cache, asked.frames, asked.overlays)
+    jobs = [(*film, *rest) for film in films]
     with ProcessPoolExecutor(asked.jobs, mp_context=get_context("spawn")) as pool:
         results: list[dict[str, Any]] = []
         for result in pool.map(measured, jobs):

@@ -7,6 +7,7 @@ import pytest
 from benchmarks import fold_films
 from benchmarks.drawn_by_distance import DistanceLook, steered_pictures
 from benchmarks.drawn_lines import POINTS, LineLook, coverage, light_and_wall, picture_of
+from benchmarks.fold_conditions import CONDITIONS
 from benchmarks.fold_films import fold_film
 from benchmarks.steered_path import RADIUS_MM
 from benchmarks.steered_worm import SteeredWorm, steered_worm
@@ -96,3 +97,29 @@ def test_a_body_drawn_by_distance_is_as_broad_as_it_is_and_darker_where_it_cross
     dye = 0.35 + 0.65 * np.pi / 4  # of a cylinder, mean over its width
     assert depth.sum() / look.depth == pytest.approx(0.6 * 20.0 * dye, rel=0.1)
     assert np.hypot(*np.diff(line, axis=0).T).max() > 1
+
+
+@pytest.fixture
+def short_film(tmp_path, monkeypatch):
+    motion = fold_films._motion("4001")
+    short = replace(motion, midlines_mm=motion.midlines_mm[290:295])
+    monkeypatch.setattr(fold_films, "_motion", lambda name: short)
+    return fold_film("4001", "coarse", tmp_path)
+
+
+def test_a_film_at_half_its_frame_rate_keeps_each_picture_with_its_truth(short_film):
+    half = CONDITIONS["half_rate"](short_film)
+    assert len(half) == 3
+    assert np.diff(half.stamp_ns).tolist() == [80_000_000] * 2
+    for frame in range(3):
+        np.testing.assert_array_equal(half.picture(frame), short_film.picture(2 * frame))
+        np.testing.assert_array_equal(half.midline_px[frame], short_film.midline_px[2 * frame])
+
+
+@pytest.mark.parametrize("condition", ["trembling", "unfocused", "noisy"])
+def test_a_film_in_another_condition_shows_the_same_worm(short_film, condition):
+    shown = CONDITIONS[condition](short_film)
+    assert len(shown) == len(short_film)
+    u, v = np.rint(shown.midline_px[4, 20:-20]).astype(int).T
+    assert np.median(shown.picture(4)[v, u]) < 90
+    assert not np.array_equal(shown.picture(4), short_film.picture(4))

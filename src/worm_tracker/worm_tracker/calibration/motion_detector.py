@@ -30,6 +30,10 @@ class MotionDetectorSettings:
     """Brightness of the water before a point below which the worm is there."""
     darkest_contrast: float = 0.9
     """Brightness of the wall over the water's from which there is no edge to look at."""
+    shift_fits: int = 3
+    least_points_of_shift: float = 6.0
+    """How often a shift is fitted, without the points that are off; and how many points must tell
+    of its part in any direction."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,7 +67,8 @@ class MotionDetector:
         settings: MotionDetectorSettings,
     ) -> None:
         self._settings = settings
-        points, normals, self._walls = _wall_points(geometry, settings)
+        points, self._normals, self._walls = _wall_points(geometry, settings)
+        normals = self._normals
         t = np.arange(-settings.reach_px, settings.reach_px + 1, dtype=np.float64)
         u = (points[:, :1] + normals[:, :1] * t).astype(np.float32)
         v = (points[:, 1:] + normals[:, 1:] * t).astype(np.float32)
@@ -105,6 +110,26 @@ class MotionDetector:
             new = valid & ~known
             self._start[new] = edges[new]
         return False
+
+    def shift(self, picture: Picture) -> Floats | None:
+        """Return how far the rig is from where it was, (u, v) in pixels; None if too little tells.
+
+        By a tenth of a pixel and better, up to half of `reach_px`. A turn is not told.
+        """
+        edges, valid = self._edges(picture)
+        outward = edges - self._start
+        seen = valid & np.isfinite(outward)
+        shift: Floats = np.zeros(2)
+        for _ in range(self._settings.shift_fits):
+            normals = self._normals[seen]
+            tells = normals.T @ normals
+            if np.linalg.eigvalsh(tells)[0] < self._settings.least_points_of_shift:
+                return None
+            shift = np.asarray(np.linalg.solve(tells, normals.T @ outward[seen]))
+            off = np.abs(outward - self._normals @ shift)
+            most = max(3 * SD_OF_MAD * float(np.median(off[seen])), self._settings.least_move_px)
+            seen = valid & (off < most)  # the worm before a wall makes it seem to be elsewhere
+        return shift
 
     def _profiles(self, picture: Picture) -> Floats32:
         sampled = cv2.remap(picture, self._u, self._v, cv2.INTER_LINEAR)

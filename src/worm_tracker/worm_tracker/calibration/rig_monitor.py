@@ -23,6 +23,7 @@ from worm_tracker.calibration.exit_fit import (
     find_exit,
 )
 from worm_tracker.calibration.motion_detector import MotionDetector, MotionDetectorSettings
+from worm_tracker.calibration.vibration import Vibration, VibrationSettings
 from worm_tracker.parameters import TrackerParameters
 
 
@@ -53,6 +54,7 @@ class RigMonitorSettings:
     """The same of the width of the exit by which a turn is told."""
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
     motion: MotionDetectorSettings = field(default_factory=MotionDetectorSettings)
+    vibration: VibrationSettings = field(default_factory=VibrationSettings)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -112,6 +114,7 @@ class RigMonitor:
         self.geometry = self.assumed
         watched = bool(self.geometry.chambers) and not parameters.chamber_given
         self._motion = MotionDetector(picture, self.geometry, settings.motion) if watched else None
+        self._vibration = Vibration(settings.vibration)
         self._looks: dict[str, deque[Chamber]] = {
             chamber.name: deque(maxlen=settings.kept_looks) for chamber in self.assumed.chambers
         }
@@ -131,6 +134,11 @@ class RigMonitor:
             if isfinite(chamber.exit_width_m):
                 self._looks[chamber.name].append(chamber)
         self.geometry = replace(self.assumed, chambers=self._with_shared_passage(chambers))
+
+    def steadied(self, picture: Picture, stamp_ns: int) -> Picture:
+        """Return a picture with the rig where it was, while it trembles."""
+        walls = self._motion
+        return self._vibration.steadied(picture, stamp_ns, walls) if walls else picture
 
     def check(
         self, picture: Picture, stamp_ns: int, contour: Floats | None
@@ -228,10 +236,11 @@ class RigMonitor:
             )
             for chamber, before in zip(moved, old, strict=True)
         )
-        shifts = [
-            hypot(new.centre_u_px - c.centre_u_px, new.centre_v_px - c.centre_v_px)
+        moves = [
+            np.array([new.centre_u_px - c.centre_u_px, new.centre_v_px - c.centre_v_px])
             for new, c in zip(chambers, old, strict=True)
         ]
+        shifts = [float(np.hypot(*move)) for move in moves]
         if max(shifts) < settings.least_move_px and abs(turn) < settings.least_turn_rad:
             self._motion = MotionDetector(picture, self.assumed, settings.motion)
             return None
@@ -239,7 +248,10 @@ class RigMonitor:
             chamber if isfinite(c.exit_width_m) else replace(chamber, exit_width_m=nan)
             for chamber, c in zip(chambers, self.geometry.chambers, strict=True)
         )
+        self._vibration.note_move(stamp_ns, moves[0])
         why = f"the rig moved by {max(shifts):.1f} px and turned by {np.degrees(turn):.1f} degrees"
+        if self._vibration.is_on:
+            why += ", to and fro: until it rests its pictures are shifted back to here"
         return self._adopt(picture, stamp_ns, known, motion, why, chambers)
 
     def _found_again(self, picture: Picture, stamp_ns: int) -> list[Chamber]:

@@ -1,0 +1,74 @@
+"""Fold films in worse conditions than they were drawn in: what is told must not become wrong.
+
+At half the frame rate; on a rig that trembles; out of focus; with more noise.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from benchmarks.fold_films import LINE_QUALITY, PER_FRAME, FoldFilm
+from worm_model.simulator.film import encode
+from worm_msgs_py.arrays import Floats, Picture
+
+TREMBLES_PX, BLUR_PX, NOISE = 0.5, 2.0, 8.0
+"""Standard deviations: of where the rig is in a picture (u and v each), of the blur, of the noise
+in grey levels."""
+
+
+def _half_rate(film: FoldFilm) -> FoldFilm:
+    """Leave every other picture out."""
+    jpegs = [film.jpeg_of(frame) for frame in range(0, len(film), 2)]
+    rows = {name: getattr(film, name)[::2] for name in PER_FRAME}
+    ends = np.cumsum([len(jpeg) for jpeg in jpegs])
+    return replace(film, jpeg=np.concatenate(jpegs), jpeg_end=ends, **rows)
+
+
+def _trembling(film: FoldFilm) -> FoldFilm:
+    """Shift each picture but the first; the truth lies where the worm is in the first one's rig."""
+    shifts = np.random.default_rng(1).normal(0.0, TREMBLES_PX, (len(film), 2))
+    shifts[0] = 0.0
+    return _shown_as(film, lambda picture, frame: _moved(picture, shifts[frame]))
+
+
+def _unfocused(film: FoldFilm) -> FoldFilm:
+    return _shown_as(film, lambda picture, _: _as_grey(cv2.GaussianBlur(picture, (0, 0), BLUR_PX)))
+
+
+def _noisy(film: FoldFilm) -> FoldFilm:
+    return _shown_as(film, _with_noise)
+
+
+CONDITIONS: dict[str, Callable[[FoldFilm], FoldFilm]] = {
+    "half_rate": _half_rate,
+    "trembling": _trembling,
+    "unfocused": _unfocused,
+    "noisy": _noisy,
+}
+
+
+def _shown_as(film: FoldFilm, shown: Callable[[Picture, int], Picture]) -> FoldFilm:
+    """Return a film whose pictures are shown otherwise, and encoded anew."""
+    jpegs = [
+        np.frombuffer(encode(shown(film.picture(frame), frame), LINE_QUALITY), np.uint8)
+        for frame in range(len(film))
+    ]
+    ends = np.cumsum([len(jpeg) for jpeg in jpegs])
+    return replace(film, jpeg=np.concatenate(jpegs), jpeg_end=ends)
+
+
+def _moved(picture: Picture, shift: Floats) -> Picture:
+    motion = np.array([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]]])
+    size = picture.shape[1], picture.shape[0]
+    return _as_grey(cv2.warpAffine(picture, motion, size, borderMode=cv2.BORDER_REPLICATE))
+
+
+def _with_noise(picture: Picture, frame: int) -> Picture:
+    noise = np.random.default_rng(frame).normal(0.0, NOISE, picture.shape)
+    return _as_grey(np.clip(np.rint(picture + noise), 0, 255))
+
+
+def _as_grey(picture: cv2.typing.MatLike) -> Picture:
+    return np.asarray(picture, np.uint8)
