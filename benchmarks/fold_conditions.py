@@ -1,6 +1,6 @@
 """Fold films in worse conditions than they were drawn in: what is told must not become wrong.
 
-At half the frame rate; on a rig that trembles; out of focus; with more noise.
+At half the frame rate; on a rig that vibrates; out of focus; with more noise.
 """
 
 from collections.abc import Callable
@@ -13,7 +13,7 @@ from benchmarks.fold_films import LINE_QUALITY, PER_FRAME, FoldFilm
 from worm_model.simulator.film import encode
 from worm_msgs_py.arrays import Floats, Picture
 
-TREMBLES_PX, BLUR_PX, NOISE = 0.5, 2.0, 8.0
+VIBRATES_PX, BLUR_PX, NOISE = 0.5, 2.0, 8.0
 """Standard deviations: of where the rig is in a picture (u and v each), of the blur, of the noise
 in grey levels."""
 
@@ -26,9 +26,9 @@ def _half_rate(film: FoldFilm) -> FoldFilm:
     return replace(film, jpeg=np.concatenate(jpegs), jpeg_end=ends, **rows)
 
 
-def _trembling(film: FoldFilm) -> FoldFilm:
+def _vibrating(film: FoldFilm) -> FoldFilm:
     """Shift each picture but the first; the truth lies where the worm is in the first one's rig."""
-    shifts = np.random.default_rng(1).normal(0.0, TREMBLES_PX, (len(film), 2))
+    shifts = np.random.default_rng(1).normal(0.0, VIBRATES_PX, (len(film), 2))
     shifts[0] = 0.0
     return _shown_as(film, lambda picture, frame: _moved(picture, shifts[frame]))
 
@@ -43,7 +43,7 @@ def _noisy(film: FoldFilm) -> FoldFilm:
 
 CONDITIONS: dict[str, Callable[[FoldFilm], FoldFilm]] = {
     "half_rate": _half_rate,
-    "trembling": _trembling,
+    "vibrating": _vibrating,
     "unfocused": _unfocused,
     "noisy": _noisy,
 }

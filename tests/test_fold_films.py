@@ -116,7 +116,7 @@ def test_a_film_at_half_its_frame_rate_keeps_each_picture_with_its_truth(short_f
         np.testing.assert_array_equal(half.midline_px[frame], short_film.midline_px[2 * frame])
 
 
-@pytest.mark.parametrize("condition", ["trembling", "unfocused", "noisy"])
+@pytest.mark.parametrize("condition", ["vibrating", "unfocused", "noisy"])
 def test_a_film_in_another_condition_shows_the_same_worm(short_film, condition):
     shown = CONDITIONS[condition](short_film)
     assert len(shown) == len(short_film)

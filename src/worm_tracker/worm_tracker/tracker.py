@@ -320,7 +320,7 @@ class Tracker:
             return self._begin(picture, stamp_ns)
         if not self._is_informative(picture):
             return self._shows_nothing(picture)
-        picture = stages.rig.steadied(picture, stamp_ns)
+        picture = stages.rig.stabilised(picture, stamp_ns)
         change = stages.rig.check(picture, stamp_ns, self._track.contour)
         if change is not None:
             self._adopt(change, picture, stages)

@@ -1,4 +1,4 @@
-"""A rig that trembles stays where it is: its pictures are shifted back, and its worm followed."""
+"""A rig that vibrates stays where it is: its pictures are shifted back, and its worm followed."""
 
 import math
 from dataclasses import replace
@@ -47,7 +47,7 @@ def test_a_picture_that_is_shifted_by_whole_pixels_is_the_same_there(right_px, d
 
 
 @pytest.mark.parametrize(
-    ("moves_px", "apart_s", "trembles"),
+    ("moves_px", "apart_s", "vibrates"),
     [
         pytest.param([(0.5, 0.0), (-0.6, 0.1), (0.4, -0.2)], 0.3, True, id="to and fro"),
         pytest.param([(0.5, 0.0), (0.6, 0.1), (0.4, -0.2)], 0.3, False, id="a drift"),
@@ -56,14 +56,14 @@ def test_a_picture_that_is_shifted_by_whole_pixels_is_the_same_there(right_px, d
         pytest.param([(0.5, 0.0), (-0.6, 0.1), (0.4, -0.2)], 20.0, False, id="in long times"),
     ],
 )
-def test_a_rig_trembles_where_small_moves_lead_back_soon(moves_px, apart_s, trembles):
+def test_a_rig_vibrates_where_small_moves_lead_back_soon(moves_px, apart_s, vibrates):
     vibration = Vibration(VibrationSettings())
     for k, move_px in enumerate(moves_px):
         vibration.note_move(round(k * apart_s * SECOND_NS), np.array(move_px))
-    assert vibration.is_on is trembles
+    assert vibration.is_on is vibrates
 
 
-def trembling_film(rigs):
+def vibrating_film(rigs):
     """Return pictures and bodies of a worm that crawls along the wall, the rig where it is."""
     heads = LENGTH + 0.9 * SMALL_RIG.radius_px + 2.0 * np.arange(len(rigs))
     path = wall_path(SMALL_RIG, WIDTH)
@@ -78,14 +78,14 @@ def trembling_film(rigs):
     ], bodies
 
 
-def test_the_worm_of_a_rig_that_trembles_is_told_where_it_is_in_the_chamber():
+def test_the_worm_of_a_rig_that_vibrates_is_told_where_it_is_in_the_chamber():
     """Found anew each time, its wall was taken for a part of the worm, and folds were lost."""
     rng = np.random.default_rng(3)
     rigs = [moved(SMALL_RIG, *rng.normal(0.0, 0.6, 2)) for _ in range(90)]
-    pictures, bodies = trembling_film([SMALL_RIG, *rigs[1:]])
+    pictures, bodies = vibrating_film([SMALL_RIG, *rigs[1:]])
     tracker, given_ = track(pictures)
     changes = [change for change in tracker.changes if change.motion is not None]
-    assert 3 <= len(changes) <= 4, "then it is known to tremble"
+    assert 3 <= len(changes) <= 4, "then it is known to vibrate"
     assert "to and fro" in changes[-1].why
     after = changes[-1].geometry.stamp_ns // FRAME_NS
     assert {tracked.state.status for tracked in given_[after:]} == {Status.TRACKED}
@@ -100,7 +100,7 @@ def test_a_rig_that_comes_to_rest_elsewhere_is_found_there():
     rng = np.random.default_rng(4)
     rest = moved(SMALL_RIG, 0.9, -0.7)
     rigs = [SMALL_RIG, *(moved(SMALL_RIG, *rng.normal(0.0, 0.6, 2)) for _ in range(40))]
-    pictures, _ = trembling_film([*rigs, *[rest] * 75])
+    pictures, _ = vibrating_film([*rigs, *[rest] * 75])
     tracker, _ = track(pictures)
     found, true = tracker.geometry.chambers[0], rest.chambers[0]
     assert found.centre_u_px == pytest.approx(true.centre_u_px, abs=0.15)

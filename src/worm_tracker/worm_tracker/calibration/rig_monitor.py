@@ -135,10 +135,10 @@ class RigMonitor:
                 self._looks[chamber.name].append(chamber)
         self.geometry = replace(self.assumed, chambers=self._with_shared_passage(chambers))
 
-    def steadied(self, picture: Picture, stamp_ns: int) -> Picture:
-        """Return a picture with the rig where it was, while it trembles."""
+    def stabilised(self, picture: Picture, stamp_ns: int) -> Picture:
+        """Return a picture with the rig where it was, while it vibrates."""
         walls = self._motion
-        return self._vibration.steadied(picture, stamp_ns, walls) if walls else picture
+        return self._vibration.stabilised(picture, stamp_ns, walls) if walls else picture
 
     def check(
         self, picture: Picture, stamp_ns: int, contour: Floats | None

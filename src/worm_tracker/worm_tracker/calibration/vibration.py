@@ -1,4 +1,4 @@
-"""Keeps a rig that trembles in its place: its pictures are shifted back by what its walls moved.
+"""Keeps a rig that vibrates in its place: its pictures are shifted back by what its walls moved.
 
 A bump is followed by a new geometry. Where one follows upon the other, to and fro, that would make
 all that waits to be told lie elsewhere, several times a second.
@@ -16,12 +16,12 @@ from worm_tracker.calibration.motion_detector import MotionDetector
 
 @dataclass(frozen=True, slots=True)
 class VibrationSettings:
-    """When a rig trembles, and when it has come to rest."""
+    """When a rig vibrates, and when it has come to rest."""
 
     moves: int = 3
     within_s: float = 30.0
     most_net_over_path: float = 0.5
-    """It trembles where so many moves, within so long, lead back: they come to less than this part
+    """It vibrates where so many moves, within so long, lead back: they come to less than this part
     of their sum. A drift goes on."""
     most_shift_px: float = 3.0
     """A larger move is a bump."""
@@ -33,7 +33,7 @@ class VibrationSettings:
 
 
 class Vibration:
-    """Remembers how a rig moved, and shifts its pictures back while it trembles.
+    """Remembers how a rig moved, and shifts its pictures back while it vibrates.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class Vibration:
     Attributes
     ----------
     is_on : bool
-        Whether it trembles.
+        Whether it vibrates.
     """
 
     def __init__(self, settings: VibrationSettings) -> None:
@@ -67,8 +67,8 @@ class Vibration:
             moves.clear()
             self._shifts.clear()
 
-    def steadied(self, picture: Picture, stamp_ns: int, walls: MotionDetector) -> Picture:
-        """Return a picture with the walls where they were, while the rig trembles.
+    def stabilised(self, picture: Picture, stamp_ns: int, walls: MotionDetector) -> Picture:
+        """Return a picture with the walls where they were, while the rig vibrates.
 
         Parameters
         ----------

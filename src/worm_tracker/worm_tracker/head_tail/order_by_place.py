@@ -84,9 +84,8 @@ def nearer_is_right(near: float, far: float, variance: float) -> float:
 
 
 def mean_distance(a: Floats, b: Floats, of: Mask) -> float:
-    """Return the mean distance of those of corresponding points, (n, 2) each; 0 of none."""
-    away = np.abs(as_complex(a[of] - b[of]))
-    return float(away.mean()) if len(away) else 0.0
+    """Return the mean distance of those of corresponding points, (n, 2) each."""
+    return float(np.abs(as_complex(a[of] - b[of])).mean())
 
 
 def points_in_order(observation: Observation) -> Mask:
