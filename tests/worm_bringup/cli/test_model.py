@@ -1,6 +1,7 @@
 """`worm model` prints what the exact walk says, draws it, and refuses bad parameters."""
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -126,3 +127,24 @@ def test_bad_parameters_are_one_line_and_status_2():
     assert done.stdout == ""
     assert len(done.stderr.splitlines()) == 1
     assert "shorter than the wall's" in done.stderr
+
+
+def test_a_machine_s_first_figure_says_nothing_of_fonts(tmp_path):
+    at_once = (
+        "import sys, threading, matplotlib\n"
+        "timer = threading.Timer\n"
+        "threading.Timer = lambda seconds, *said: timer(0, *said)\n"
+        "from worm_bringup.cli.app import main\n"
+        "main()\n"
+    )
+    figure = tmp_path / "walk.svg"
+    done = subprocess.run(
+        [sys.executable, "-c", at_once, "model", "figure", "--out", figure],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"MPLCONFIGDIR": str(tmp_path)},
+    )
+    assert done.returncode == 0
+    assert done.stderr == ""
+    assert figure.exists()

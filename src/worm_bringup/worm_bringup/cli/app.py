@@ -1,5 +1,6 @@
 """The `worm` command: its subcommands, and what every one of them does with an error."""
 
+import logging
 import signal
 import sys
 from importlib.metadata import version
@@ -85,6 +86,8 @@ def main() -> None:
     written, or the last line on stderr names where it is kept; 2 bad input, one line on stderr says
     what and what to do; 130 interrupted.
     """
+    # A machine's first figure looks for fonts, and matplotlib warns of that: errors are one line.
+    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
     with outliving_the_terminal(), interrupted_by_signals():
         try:
             _run()
