@@ -173,8 +173,9 @@ class Tracker:
 
     @property
     def advice(self) -> str:
-        """What to try where most frames given so far have failed for one reason; else empty."""
-        return self._advice.sentence(self.statuses)
+        """What to try where most frames given so far have failed, or a given circle is off."""
+        failed = self._advice.sentence(self.statuses)
+        return failed or (self._stages.rig.advice if self._stages else "")
 
     @property
     def swaps(self) -> int:

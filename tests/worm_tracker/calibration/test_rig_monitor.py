@@ -23,7 +23,7 @@ from crawling_worm import (
 
 from worm_model.simulator.rig import Rig, draw
 from worm_msgs_py import Status
-from worm_tracker.calibration import rig_monitor
+from worm_tracker.calibration import walls
 from worm_tracker.calibration.motion_detector import MotionDetector
 from worm_tracker.calibration.rig_monitor import RigMonitorSettings
 from worm_tracker.parameters import TrackerParameters
@@ -162,13 +162,50 @@ def test_both_chambers_move_together():
     assert errors(rig, bodies, given).head.max() < 1.5
 
 
-def test_a_given_circle_is_not_corrected():
-    after = moved(SMALL_RIG, 5.0, 0.0, 0.0)
-    pictures, _ = bumped_film(SMALL_RIG, after, at=4, frames=8)
-    u, v = SMALL_RIG.centre_px
-    tracker, _ = track(pictures, centre_u_px=u, centre_v_px=v, radius_px=SMALL_RIG.radius_px)
+def circle_beside(rig, right_px=0.0, larger_px=0.0):
+    u, v = rig.centre_px
+    return {"centre_u_px": u + right_px, "centre_v_px": v, "radius_px": rig.radius_px + larger_px}
+
+
+@pytest.mark.parametrize(
+    ("right", "down", "turn_deg"),
+    [
+        pytest.param(0.4, 0.5, 0.0, id="less than a pixel"),
+        pytest.param(7.0, -13.0, -3.0, id="far, and turned"),
+    ],
+)
+@pytest.mark.parametrize(
+    ("right_px", "larger_px"),
+    [pytest.param(0.0, 0.0, id="on the wall"), pytest.param(1.2, 2.5, id="beside it")],
+)
+def test_a_given_circle_is_bumped_as_far_as_its_wall(right, down, turn_deg, right_px, larger_px):
+    after = moved(SMALL_RIG, right, down, turn_deg)
+    pictures, bodies = bumped_film(SMALL_RIG, after, at=25, frames=45)
+    tracker, states = track(pictures, **circle_beside(SMALL_RIG, right_px, larger_px))
+    (bump,) = (change for change in tracker.changes if change.motion is not None)
+    assert bump.geometry.stamp_ns == 25 * FRAME_NS
+    found, asked = tracker.geometry.chambers[0], circle_beside(after, right_px, larger_px)
+    off = found.centre_u_px - asked["centre_u_px"], found.centre_v_px - asked["centre_v_px"]
+    assert np.hypot(*off) <= 0.15
+    assert found.radius_px == asked["radius_px"]
+    turn = np.angle(np.exp(1j * (found.exit_rad - after.exit_rad)))
+    assert abs(np.degrees(turn)) <= 0.3 + np.degrees(right_px / SMALL_RIG.radius_px)
+    assert errors(SMALL_RIG, bodies, states).head[25:].max() < 1.5
+
+
+def test_a_given_circle_without_a_wall_stays_where_it_is():
+    water = np.full((SMALL_RIG.height_px, SMALL_RIG.width_px), 180, np.uint8)
+    bodies = crawl(wavy_path(SMALL_RIG), LENGTH, WIDTH, LENGTH + 2.0 * np.arange(20))
+    pictures = []
+    for frame, picture in enumerate(film(SMALL_RIG, bodies)):
+        rows, columns = np.indices(water.shape)
+        u, v = SMALL_RIG.centre_px
+        is_inside = np.hypot(columns - u, rows - v) < 0.9 * SMALL_RIG.radius_px
+        pictures.append(np.roll(np.where(is_inside, picture, water), 3 * (frame > 9), axis=1))
+    tracker, states = track(pictures, **circle_beside(SMALL_RIG))
     assert tracker.changes == []
-    assert tracker.geometry.chambers[0].centre_u_px == u
+    assert tracker.geometry.chambers[0].centre_u_px == SMALL_RIG.centre_px[0]
+    assert {tracked.state.status for tracked in states} == {Status.TRACKED}
 
 
 def out_of_the_exit(frames=80, width=WIDTH, rig=SMALL_RIG):
@@ -210,9 +247,7 @@ def test_an_exit_that_the_worm_hides_is_measured_once_it_shows():
 
 
 def test_a_hidden_exit_is_measured_later_where_the_circle_is_given_too():
-    u, v = SMALL_RIG.centre_px
-    circle = {"centre_u_px": u, "centre_v_px": v, "radius_px": SMALL_RIG.radius_px}
-    tracker, _ = track(film(SMALL_RIG, out_of_the_exit()), **circle)
+    tracker, _ = track(film(SMALL_RIG, out_of_the_exit()), **circle_beside(SMALL_RIG))
     assert [change.motion for change in tracker.changes] == [None]
     assert_same(tracker.geometry.chambers[0], SMALL_RIG.chambers[0])
 
@@ -307,7 +342,7 @@ def test_an_alarm_of_a_rig_that_stands_still_costs_no_search(monkeypatch):
     tracker = Tracker(TrackerParameters())
     tracker.push(pictures[0], 0)
     monkeypatch.setattr(MotionDetector, "moved", lambda *_: True)
-    monkeypatch.setattr(rig_monitor, "fit_circle", lambda *_: pytest.fail("it is looked for"))
+    monkeypatch.setattr(walls, "fit_circle", lambda *_: pytest.fail("it is looked for"))
     for k, picture in enumerate(pictures[1:], start=1):
         tracker.push(picture, k * FRAME_NS)
     assert not tracker.changes

@@ -18,6 +18,11 @@ from worm_tracker.parameters import TrackerParameters
 
 LENGTH, WIDTH, SECOND_NS = 110.0, 12.0, 1_000_000_000
 BODY = crawl(wall_path(SMALL_RIG, WIDTH), LENGTH, WIDTH, [2.2 * LENGTH])[0]
+GIVEN = {
+    "centre_u_px": SMALL_RIG.centre_px[0],
+    "centre_v_px": SMALL_RIG.centre_px[1],
+    "radius_px": SMALL_RIG.radius_px,
+}
 
 
 def moved(rig, right_px, down_px):
@@ -78,12 +83,13 @@ def vibrating_film(rigs):
     ], bodies
 
 
-def test_the_worm_of_a_rig_that_vibrates_is_told_where_it_is_in_the_chamber():
+@pytest.mark.parametrize("circle", [{}, GIVEN], ids=["found", "given"])
+def test_the_worm_of_a_rig_that_vibrates_is_told_where_it_is_in_the_chamber(circle):
     """Found anew each time, its wall was taken for a part of the worm, and folds were lost."""
     rng = np.random.default_rng(3)
     rigs = [moved(SMALL_RIG, *rng.normal(0.0, 0.6, 2)) for _ in range(90)]
     pictures, bodies = vibrating_film([SMALL_RIG, *rigs[1:]])
-    tracker, given_ = track(pictures)
+    tracker, given_ = track(pictures, **circle)
     changes = [change for change in tracker.changes if change.motion is not None]
     assert 3 <= len(changes) <= 4, "then it is known to vibrate"
     assert "to and fro" in changes[-1].why

@@ -2,28 +2,29 @@
 
 from collections import deque
 from dataclasses import dataclass, field, replace
-from math import hypot, isfinite, nan, radians, remainder, tau
+from math import isfinite, nan, radians, remainder, tau
 
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.contract.chamber import Chamber, Geometry
-from worm_msgs_py.errors import NoChamberFound
 from worm_msgs_py.units import NS_PER_S
-from worm_tracker.calibration.calibrate import (
-    CalibrationSettings,
-    calibrate,
-    passage_length,
-    with_shared_passage,
-)
+from worm_tracker.calibration.calibrate import calibrate, passage_length, with_shared_passage
 from worm_tracker.calibration.calibrate_pictures import with_agreed_exit
-from worm_tracker.calibration.circle_fit import FittedCircle, fit_circle, refit_circle
-from worm_tracker.calibration.exit_fit import (
-    FittedExit,
-    find_exit,
-)
+from worm_tracker.calibration.circle_fit import FittedCircle
+from worm_tracker.calibration.exit_fit import FittedExit, find_exit
 from worm_tracker.calibration.motion_detector import MotionDetector, MotionDetectorSettings
 from worm_tracker.calibration.vibration import Vibration, VibrationSettings
+from worm_tracker.calibration.walls import (
+    WallSettings,
+    affine_map,
+    circle_of,
+    moved_with,
+    on_circle,
+    seen_walls,
+    walls_again,
+    why_beside,
+)
 from worm_tracker.parameters import TrackerParameters
 
 
@@ -45,14 +46,11 @@ class RigMonitorSettings:
     0.1 px."""
     search_again_ns: int = 250_000_000
     """Stamps between two attempts to find a rig that has moved and is not seen any more."""
-    least_move_px: float = 0.15
     least_turn_rad: float = radians(0.15)
-    """Changes that are within what a calibration is good to are no changes."""
-    most_radius_ratio_off: float = 0.02
-    """How much a chamber that has moved may differ in radius from what it was, relatively."""
+    """A turn that is within what a calibration is good to is none."""
     most_exit_width_ratio_off: float = 0.05
     """The same of the width of the exit by which a turn is told."""
-    calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
+    walls: WallSettings = field(default_factory=WallSettings)
     motion: MotionDetectorSettings = field(default_factory=MotionDetectorSettings)
     vibration: VibrationSettings = field(default_factory=VibrationSettings)
 
@@ -94,6 +92,8 @@ class RigMonitor:
         What is known of the rig; the width of an exit that the worm hides is NaN.
     assumed : Geometry
         The same with the width that a half hidden exit seems to have: where to look for the worm.
+    advice : str
+        What to try where a wall is seen beside the circle that was given for it; else empty.
 
     Raises
     ------
@@ -110,10 +110,11 @@ class RigMonitor:
     ) -> None:
         self._parameters = parameters
         self._settings = settings
-        self.assumed = calibrate(picture, parameters, stamp_ns, settings.calibration)
+        self.assumed = calibrate(picture, parameters, stamp_ns, settings.walls.calibration)
         self.geometry = self.assumed
-        watched = bool(self.geometry.chambers) and not parameters.chamber_given
-        self._motion = MotionDetector(picture, self.geometry, settings.motion) if watched else None
+        self._walls = seen_walls(picture, self.assumed.chambers, parameters, settings.walls)
+        self.advice = why_beside(self.assumed.chambers, self._walls, settings.walls)
+        self._motion = self._watch(picture)
         self._vibration = Vibration(settings.vibration)
         self._looks: dict[str, deque[Chamber]] = {
             chamber.name: deque(maxlen=settings.kept_looks) for chamber in self.assumed.chambers
@@ -193,14 +194,14 @@ class RigMonitor:
             return seen
         if len(looks) < settings.least_looks:
             return chamber
-        agreed = with_agreed_exit(chamber, looks, settings.calibration)
+        agreed = with_agreed_exit(chamber, looks, settings.walls.calibration)
         off_m = max(abs(agreed.exit_width_m - chamber.exit_width_m), agreed.exit_width_sd_m)
         believed = off_m * chamber.px_per_m < settings.most_exit_width_off_px
         return chamber if believed else agreed
 
     def _with_exit(self, picture: Picture, chamber: Chamber, contour: Floats | None) -> Chamber:
         """Return a chamber with its exit, if it is in view and clear of the worm."""
-        found = find_exit(picture, _circle(chamber), self._settings.calibration.exit)
+        found = find_exit(picture, circle_of(chamber), self._settings.walls.calibration.exit)
         if found is None:
             return chamber
         seen = self._seen(chamber, found)
@@ -221,11 +222,12 @@ class RigMonitor:
     ) -> GeometryChange | None:
         """Find the rig where it is now; None where it has not moved or is not to be seen."""
         old, settings = self.assumed.chambers, self._settings
-        moved = self._found_again(picture, stamp_ns)
-        if not moved:
+        walls = walls_again(picture, self._walls, self._parameters, stamp_ns, settings.walls)
+        if not walls:
             return None
+        moved = self._moved_to(walls)
         turn = self._turn(picture, moved, contour)
-        motion = _affine_map(old[0], moved[0], turn)
+        motion = affine_map(old[0], moved[0], turn)
         chambers = tuple(
             replace(
                 chamber,
@@ -241,9 +243,10 @@ class RigMonitor:
             for new, c in zip(chambers, old, strict=True)
         ]
         shifts = [float(np.hypot(*move)) for move in moves]
-        if max(shifts) < settings.least_move_px and abs(turn) < settings.least_turn_rad:
-            self._motion = MotionDetector(picture, self.assumed, settings.motion)
+        if max(shifts) < settings.walls.least_move_px and abs(turn) < settings.least_turn_rad:
+            self._motion = self._watch(picture)
             return None
+        self._walls = walls
         known = tuple(
             chamber if isfinite(c.exit_width_m) else replace(chamber, exit_width_m=nan)
             for chamber, c in zip(chambers, self.geometry.chambers, strict=True)
@@ -254,41 +257,20 @@ class RigMonitor:
             why += ", to and fro: until it rests its pictures are shifted back to here"
         return self._adopt(picture, stamp_ns, known, motion, why, chambers)
 
-    def _found_again(self, picture: Picture, stamp_ns: int) -> list[Chamber]:
-        """Return the chambers where their walls are now; none where one is not to be seen."""
-        old, settings = self.assumed.chambers, self._settings
-        still = self._still_there(picture)
-        if still:
-            return still
-        moved = []
-        for chamber in old:
-            centre = chamber.centre_u_px, chamber.centre_v_px
-            circle = fit_circle(picture, centre, settings.calibration.circle)
-            if circle is None:
-                continue
-            if abs(circle.radius / chamber.radius_px - 1) < settings.most_radius_ratio_off:
-                moved.append(_on_circle(chamber, circle))
-        if len(moved) == len(old):
-            return moved
-        try:
-            fresh = calibrate(picture, self._parameters, stamp_ns, settings.calibration)
-        except NoChamberFound:
-            return []
-        return list(fresh.chambers) if len(fresh.chambers) == len(old) else []
+    def _moved_to(self, walls: tuple[FittedCircle, ...]) -> list[Chamber]:
+        """Return the chambers once their walls are there."""
+        old = self.assumed.chambers
+        if not self._parameters.chamber_given:
+            return [on_circle(*each) for each in zip(old, walls, strict=True)]
+        return [moved_with(*each) for each in zip(old, self._walls, walls, strict=True)]
 
-    def _still_there(self, picture: Picture) -> list[Chamber]:
-        """Return the chambers by another look at where they were; none where one has moved.
-
-        Most alarms are false, of a worm that dims the water before a wall; and looking for walls
-        that may be anywhere takes several frames' time.
-        """
-        found = []
-        for chamber in self.assumed.chambers:
-            circle = refit_circle(picture, _circle(chamber), self._settings.calibration.circle)
-            if circle is None or _change_px(chamber, circle) >= self._settings.least_move_px:
-                return []
-            found.append(_on_circle(chamber, circle))
-        return found
+    def _watch(self, picture: Picture) -> MotionDetector | None:
+        """Watch the walls from this picture on, if they are seen."""
+        if not self._walls:
+            return None
+        on_walls = map(on_circle, self.assumed.chambers, self._walls)
+        rig = replace(self.assumed, chambers=tuple(on_walls))
+        return MotionDetector(picture, rig, self._settings.motion)
 
     def _turn(self, picture: Picture, moved: list[Chamber], contour: Floats | None) -> float:
         """Return by how much the rig has turned, counter-clockwise as seen."""
@@ -308,7 +290,7 @@ class RigMonitor:
         return turn if abs(turn) > self._settings.least_turn_rad / 3 else 0.0
 
     def _with_shared_passage(self, chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
-        return with_shared_passage(chambers, self._settings.calibration)
+        return with_shared_passage(chambers, self._settings.walls.calibration)
 
     def _is_clear(self, chamber: Chamber, contour: Floats | None) -> bool:
         """Tell whether the worm's contour keeps off all that an exit is measured by."""
@@ -318,7 +300,7 @@ class RigMonitor:
         margin = self._settings.clear_of_exit_px / chamber.px_per_m
         r, aside = np.hypot(x, y), np.abs(y) - chamber.exit_width_m / 2
         beside = (r > chamber.radius_m - margin) & (aside < 4 * margin)
-        exits = self._settings.calibration.exit
+        exits = self._settings.walls.calibration.exit
         water_m = exits.water_radius_px(chamber.radius_px) / chamber.px_per_m - margin
         before = (r > water_m) & (aside < 0)
         farthest_m = exits.passage_radii_px(chamber.radius_px)[-1] / chamber.px_per_m + margin
@@ -347,54 +329,10 @@ class RigMonitor:
             passage_length_m=passage_length(chambers, self._parameters),
         )
         self.assumed = replace(self.geometry, chambers=assumed or chambers)
-        if self._motion is not None:
-            self._motion = MotionDetector(picture, self.assumed, self._settings.motion)
+        self._motion = self._watch(picture)
         return GeometryChange(self.geometry, motion, why)
-
-
-def _circle(chamber: Chamber) -> FittedCircle:
-    """Return the circle that a chamber was found on."""
-    return FittedCircle(
-        chamber.centre_u_px,
-        chamber.centre_v_px,
-        chamber.radius_px,
-        chamber.residual_px,
-        chamber.centre_sd_px,
-        chamber.radius_sd_px,
-    )
-
-
-def _change_px(chamber: Chamber, circle: FittedCircle) -> float:
-    """Return by how much a circle's centre or radius is not a chamber's."""
-    shift = hypot(circle.u - chamber.centre_u_px, circle.v - chamber.centre_v_px)
-    return max(shift, abs(circle.radius - chamber.radius_px))
-
-
-def _on_circle(chamber: Chamber, circle: FittedCircle) -> Chamber:
-    """Return a chamber on the circle that it is found on now."""
-    return replace(
-        chamber,
-        centre_u_px=circle.u,
-        centre_v_px=circle.v,
-        radius_px=circle.radius,
-        residual_px=circle.residual,
-        centre_sd_px=circle.centre_sd,
-        radius_sd_px=circle.radius_sd,
-    )
 
 
 def _towards(a: Chamber, b: Chamber) -> float:
     """Return the direction from one centre to the other, counter-clockwise as seen."""
     return float(np.arctan2(a.centre_v_px - b.centre_v_px, b.centre_u_px - a.centre_u_px))
-
-
-def _affine_map(old: Chamber, new: Chamber, turn: float) -> Floats:
-    """Return the affine map that takes one chamber to another, turned counter-clockwise."""
-    scale = new.radius_px / old.radius_px
-    if abs(scale - 1) < 1e-3:
-        scale = 1.0  # within what a radius is good to: a bump does not change the distance
-    c, s = scale * np.cos(turn), scale * np.sin(turn)
-    matrix = np.array([[c, s], [-s, c]])  # v points down
-    start = np.array([old.centre_u_px, old.centre_v_px])
-    end = np.array([new.centre_u_px, new.centre_v_px])
-    return np.concatenate([matrix, (end - matrix @ start)[:, None]], axis=1)
