@@ -1,6 +1,7 @@
 """Fold films in worse conditions than they were drawn in: what is told must not become wrong.
 
-At half the frame rate; on a rig that vibrates; out of focus; with more noise.
+At half the frame rate; with every fifth picture the one before (that frame should have no pose, so
+that 80 % are right at most); on a rig that vibrates; out of focus; with more noise.
 """
 
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from benchmarks.fold_films import LINE_QUALITY, PER_FRAME, FoldFilm
 from worm_model.simulator.film import encode
 from worm_msgs_py.arrays import Floats, Picture
 
+REPEATED_EVERY = 5
 VIBRATES_PX, BLUR_PX, NOISE = 0.5, 2.0, 8.0
 """Standard deviations: of where the rig is in a picture (u and v each), of the blur, of the noise
 in grey levels."""
@@ -24,6 +26,14 @@ def _half_rate(film: FoldFilm) -> FoldFilm:
     rows = {name: getattr(film, name)[::2] for name in PER_FRAME}
     ends = np.cumsum([len(jpeg) for jpeg in jpegs])
     return replace(film, jpeg=np.concatenate(jpegs), jpeg_end=ends, **rows)
+
+
+def _repeated(film: FoldFilm) -> FoldFilm:
+    """Show one picture in a few once more in place of the next one."""
+    shown = [frame - (frame % REPEATED_EVERY == REPEATED_EVERY - 1) for frame in range(len(film))]
+    jpegs = [film.jpeg_of(frame) for frame in shown]
+    ends = np.cumsum([len(jpeg) for jpeg in jpegs])
+    return replace(film, jpeg=np.concatenate(jpegs), jpeg_end=ends)
 
 
 def _vibrating(film: FoldFilm) -> FoldFilm:
@@ -43,6 +53,7 @@ def _noisy(film: FoldFilm) -> FoldFilm:
 
 CONDITIONS: dict[str, Callable[[FoldFilm], FoldFilm]] = {
     "half_rate": _half_rate,
+    "repeated": _repeated,
     "vibrating": _vibrating,
     "unfocused": _unfocused,
     "noisy": _noisy,

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import cv2
-import numpy as np
 
 from worm_msgs_py.arrays import Picture
 from worm_msgs_py.contract.body import TrackedFrame
@@ -23,7 +22,13 @@ from worm_tracker.calibration.rig_monitor import GeometryChange, RigMonitor, Rig
 from worm_tracker.detection.blobs import around_all
 from worm_tracker.detection.detection import Detection
 from worm_tracker.detection.detector import Detector, DetectorSettings
+from worm_tracker.detection.picture_checks import (
+    PictureCheckSettings,
+    is_informative,
+    why_no_picture,
+)
 from worm_tracker.detection.polarity import dark_on_bright
+from worm_tracker.detection.repeated_pictures import RepeatedPictures, RepeatedPicturesSettings
 from worm_tracker.failure_advice import FailureAdvice
 from worm_tracker.following.follower import Follower
 from worm_tracker.following.follower_settings import FollowerSettings
@@ -37,6 +42,7 @@ from worm_tracker.waiting.brief_gaps import BriefGapSettings
 from worm_tracker.waiting.frame_queue import FrameQueue
 from worm_tracker.waiting.frame_state import PendingFrame
 from worm_tracker.waiting.leaping_ends import LeapingEnds, LeapingEndsSettings
+from worm_tracker.waiting.repeated_frames import RepeatedFrames
 from worm_tracker.waiting.sudden_lengths import SuddenLengths, SuddenLengthSettings
 from worm_tracker.worm_track import WormTrack
 
@@ -65,13 +71,8 @@ class TrackerSettings:
     """Threads of OpenCV in this process; None leaves them as they are. On windows as small as a
     worm's a second one takes as much of the processor again (a folded frame 10 ms, 17 with two),
     and the frame is there no sooner."""
-    least_picture_side_px: int = 16
-    """A smaller picture holds no worm."""
-    check_stride_px: int = 32
-    """A picture is judged good or bad by every so many-th pixel of every so many-th row."""
-    black_grey: int = 3
-    saturated_grey: int = 252
-    """Pictures that are nowhere brighter than the one, or darker than the other, show nothing."""
+    checks: PictureCheckSettings = field(default_factory=PictureCheckSettings)
+    repeats: RepeatedPicturesSettings = field(default_factory=RepeatedPicturesSettings)
 
 
 TRACKER = TrackerSettings()
@@ -151,8 +152,10 @@ class Tracker:
         self._statuses = Counter[Status]()
         self._advice = FailureAdvice(parameters)
         self._intervals = FrameIntervals(settings.intervals)
+        self._repeated = RepeatedPictures(settings.repeats)
         self.changes: list[GeometryChange] = []
         self._not_found: list[NoChamberFound] = []
+        self._repeats = RepeatedFrames()
         self._frames = 0
         self._last_ns = 0
 
@@ -173,9 +176,15 @@ class Tracker:
 
     @property
     def advice(self) -> str:
-        """What to try where most frames given so far have failed, or a given circle is off."""
-        failed = self._advice.sentence(self.statuses)
-        return failed or (self._stages.rig.advice if self._stages else "")
+        """What to try where most frames have failed, a given circle is off or pictures repeat."""
+        shown = self.statuses - Counter({Status.BAD_IMAGE: self.repeated})
+        failed = self._advice.sentence(shown)
+        return failed or (self._stages.rig.advice if self._stages else "") or self._repeated.advice
+
+    @property
+    def repeated(self) -> int:
+        """Pictures taken so far that repeat the one before: those frames have no pose."""
+        return self._repeated.count
 
     @property
     def swaps(self) -> int:
@@ -185,7 +194,7 @@ class Tracker:
     @property
     def held(self) -> int:
         """Frames taken that have not been given yet."""
-        return len(self._queue) + len(self._leaping_ends)
+        return len(self._queue) + len(self._leaping_ends) + len(self._repeats)
 
     @property
     def shape(self) -> tuple[int, ...] | None:
@@ -198,8 +207,9 @@ class Tracker:
         Parameters
         ----------
         picture : ndarray of uint8, shape (h, w)
-            Grey levels. One of another size than the first, black, saturated or empty (0, 0: it
-            stands for one that could not be read) is a frame with the status `BAD_IMAGE`.
+            Grey levels. One of another size than the first, black, saturated, empty (0, 0: it
+            stands for one that could not be read) or the same as the one before, to the last grey
+            level, in a film that moves is a frame with the status `BAD_IMAGE`.
         stamp_ns : int
             Time of capture.
 
@@ -217,7 +227,7 @@ class Tracker:
         TrackerError
             Where a correction is of another recording; nothing was taken.
         """
-        wrong = _why_no_picture(picture)
+        wrong = why_no_picture(picture)
         if wrong:
             raise NotAPicture(wrong)
         wrong = why_not_of(self._corrections, self._frames, stamp_ns)
@@ -226,6 +236,9 @@ class Tracker:
         self._obey_requests()
         frame, self._frames = self._frames, self._frames + 1
         self._last_ns = stamp_ns
+        if self._stages is not None and self._repeated.push(picture):
+            self._repeats.hold(frame, stamp_ns, self.geometry)
+            return self._give(self._release())
         elapsed = self._intervals.push(stamp_ns)
         self._track.skip(elapsed.steps - 1)
         bodies_begun = self._track.bodies_begun
@@ -236,7 +249,7 @@ class Tracker:
         model = self._track.model
         if self._queue.is_due(model is not None and model.is_learned and not model.varies):
             self._go_back(self._settings.frames_back_per_frame)
-        return self._give(self._queue.release(self._body_in_doubt))
+        return self._give(self._release())
 
     def swap_head(self) -> Exchange | None:
         """Exchange head and tail on an operator's word, for the rest of the trial.
@@ -276,11 +289,14 @@ class Tracker:
 
     def _give(self, frames: list[TrackedFrame], *, is_end: bool = False) -> list[TrackedFrame]:
         """Return the frames of which it is known by now that no end leapt to them, and count."""
-        most = self._parameters.hold_back_frames - len(self._queue)
+        most = self._parameters.hold_back_frames - len(self._queue) - len(self._repeats)
         judged = self._leaping_ends.push(frames, most, is_end=is_end)
-        given = self._sudden_lengths.push(judged)
+        given = self._repeats.among(self._sudden_lengths.push(judged))
         self._statuses.update(frame.state.status for frame in given)
         return given
+
+    def _release(self) -> list[TrackedFrame]:
+        return self._queue.release(self._body_in_doubt, len(self._repeats))
 
     def _obey_requests(self) -> None:
         """Do what an operator asked for after the last picture, when these were first tracked."""
@@ -313,13 +329,13 @@ class Tracker:
     def _observe(self, picture: Picture, stamp_ns: int) -> Observation:
         """Return what the picture says, calibrating first."""
         stages = self._stages
-        too_small = min(picture.shape) < self._settings.least_picture_side_px
+        too_small = min(picture.shape) < self._settings.checks.least_side_px
         if too_small or (stages and picture.shape != stages.shape):
             return Observation(Status.BAD_IMAGE)
         picture = dark_on_bright(picture, self._parameters.polarity)
         if stages is None:
             return self._begin(picture, stamp_ns)
-        if not self._is_informative(picture):
+        if not is_informative(picture, self._settings.checks):
             return self._shows_nothing(picture)
         picture = stages.rig.stabilised(picture, stamp_ns)
         change = stages.rig.check(picture, stamp_ns, self._track.contour)
@@ -354,7 +370,7 @@ class Tracker:
 
     def _begin(self, picture: Picture, stamp_ns: int) -> Observation:
         """Calibrate on one of the first pictures and start to follow the worm."""
-        informative, settings = self._is_informative(picture), self._settings
+        informative, settings = is_informative(picture, self._settings.checks), self._settings
         if self._parameters.no_chamber and not informative:
             return self._shows_nothing(picture)
         try:
@@ -371,30 +387,3 @@ class Tracker:
         observation = self._follow(picture, self._stages)
         rig.mark_hidden_exits(self._track.contour)
         return observation
-
-    def _is_informative(self, picture: Picture) -> bool:
-        """Tell whether a picture is neither black, nor saturated, nor of one grey level."""
-        settings = self._settings
-        stride = min(picture.shape) // settings.least_picture_side_px
-        stride = max(1, min(settings.check_stride_px, stride))
-        sparse = picture[::stride, ::stride]
-        low, high = int(sparse.min()), int(sparse.max())
-        return high > low and high > settings.black_grey and low < settings.saturated_grey
-
-
-def _why_no_picture(picture: object) -> str:
-    """Say why what was given cannot be a picture, and what to do; empty where it can."""
-    if not isinstance(picture, np.ndarray):
-        return (
-            f"the picture is {type(picture).__name__}, no array (OpenCV gives None where it "
-            "cannot read one): give grey levels, an array of uint8 of shape (h, w)"
-        )
-    if picture.ndim != 2:
-        cure = "cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) makes it grey"
-        return f"the picture has the shape {picture.shape}, not (h, w): {cure}"
-    if picture.dtype != np.uint8:
-        return (
-            f"the picture holds {picture.dtype}, not uint8: scale its grey levels to 0 to 255 by "
-            "one factor for all pictures, and give picture.astype(np.uint8)"
-        )
-    return ""

@@ -252,6 +252,7 @@ class TrackerNode(WormNode):
             "frames out": self._given,
             "frames held back": self._tracker.held,
             "frames per second, by stamps": rate,
+            "pictures that repeat the one before": self._tracker.repeated,
             "head and tail exchanged": self._tracker.swaps,
             "geometry version": self._announced,
         }

@@ -62,7 +62,8 @@ _REASONS = {
     Status.NO_WORM: "Nothing in the picture stands out from the background.",
     Status.TOUCHES_BORDER: "The body reaches beyond the picture; the centroid of what is seen "
     "is given.",
-    Status.BAD_IMAGE: "The picture is empty, saturated or of another size than the first one.",
+    Status.BAD_IMAGE: "The picture is empty, saturated, of another size than the first one, or "
+    "repeats the one before.",
     Status.NO_CHAMBER: "The chamber has not been found yet.",
     Status.TOO_SMALL: "What stands out is too small to be the worm seen so far.",
     Status.TOO_LARGE: "What stands out is too large to be one worm.",

@@ -174,7 +174,7 @@ class FrameQueue:
         self._end_way_back()
         self._link_oldest(len(self._waiting))
 
-    def release(self, body_in_doubt: bool = False) -> list[TrackedFrame]:
+    def release(self, body_in_doubt: bool = False, others: int = 0) -> list[TrackedFrame]:
         """Return the frames that need not wait any longer.
 
         Parameters
@@ -182,8 +182,10 @@ class FrameQueue:
         body_in_doubt : bool
             Whether what is known of the body now may be that of a worm laid double: neither end of
             what was found by it is told as the head for certain.
+        others : int
+            Frames that wait elsewhere, between these.
         """
-        over = len(self) - self._hold_back_frames
+        over = len(self) + others - self._hold_back_frames
         if over > 0:
             self._end_way_back()
         self._link_oldest(min(len(self._waiting), over - len(self._linked)))
