@@ -208,8 +208,8 @@ class Tracker:
         ----------
         picture : ndarray of uint8, shape (h, w)
             Grey levels. One of another size than the first, black, saturated, empty (0, 0: it
-            stands for one that could not be read) or the same as the one before, to the last grey
-            level, in a film that moves is a frame with the status `BAD_IMAGE`.
+            stands for one that could not be read) or all but the same as the one before, in a film
+            that moves, is a frame with the status `BAD_IMAGE`.
         stamp_ns : int
             Time of capture.
 

@@ -50,11 +50,31 @@ def test_a_film_that_freezes_stands_still_after_a_few_repeats(frozen):
     assert told == [False] * 3 + [True] * MOST + [False] * (frozen - 1 - MOST)
 
 
-@given(u=st.integers(0, 49), v=st.integers(0, 39))
-def test_one_grey_level_in_one_pixel_is_another_picture(u, v):
+@given(grey=st.integers(1, 40), rows=st.integers(2, 40))
+def test_until_it_is_known_what_usually_changes_the_least_change_is_another_picture(grey, rows):
     other = numbered(2)
-    other[v, u] += 1
+    other[:rows] += np.uint8(grey)
     assert repeats_of([numbered(1), numbered(2), other]) == [False] * 3
+
+
+@given(little=st.integers(0, 20), seed=st.integers(0, 9))
+def test_what_a_codec_changes_in_a_repeated_picture_is_little_beside_what_is_usual(little, seed):
+    rng = np.random.default_rng(seed)
+    pictures = list(rng.integers(0, 200, (20, 40, 50)).astype(np.uint8))
+    again = pictures[-1].copy()
+    again[:: max(1, 31 - little)] += np.uint8(little)
+    assert repeats_of([*pictures, again])[-1]
+    assert not any(repeats_of(pictures))
+
+
+def test_noise_of_a_camera_is_what_usually_changes_though_the_worm_rests():
+    rng = np.random.default_rng(1)
+    moving = film(
+        SMALL_RIG, crawl(wall_path(SMALL_RIG, WIDTH), LENGTH, WIDTH, 200 + np.arange(20.0))
+    )
+    resting = [moving[-1].astype(float) + rng.normal(0, 2.0, moving[-1].shape) for _ in range(20)]
+    pictures = [*moving, *(np.clip(np.rint(each), 0, 255).astype(np.uint8) for each in resting)]
+    assert not any(repeats_of(pictures))
 
 
 def test_a_camera_may_write_each_picture_over_the_last_one():
