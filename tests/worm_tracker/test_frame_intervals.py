@@ -69,3 +69,20 @@ def test_a_stamp_that_falls_back_is_not_taken_for_the_usual_interval():
 def test_a_worm_may_move_for_as_long_as_a_slow_camera_does_not_look(rate_hz, steps):
     between = elapsed(range(0, 90_000_000_000, round(1_000_000_000 / rate_hz)))
     assert [each.steps for each in between[1:]] == [steps] * (len(between) - 1)
+
+
+@pytest.mark.parametrize(
+    ("interval_ms", "steps", "over"),
+    [
+        pytest.param(40, 1, 1.0, id="25 a second"),
+        pytest.param(80, 1, 1.2, id="12.5 a second"),
+        pytest.param(133, 2, 1.0, id="7.5 a second"),
+        pytest.param(150, 2, 1.125, id="6.7 a second"),
+    ],
+)
+def test_a_worm_may_do_as_much_more_as_an_interval_is_longer_than_whole_steps(
+    interval_ms, steps, over
+):
+    between = elapsed([k * interval_ms * 1_000_000 for k in range(4)])[-1]
+    assert between.steps == steps
+    assert between.over_steps == pytest.approx(over, abs=0.005)

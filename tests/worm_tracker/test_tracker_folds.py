@@ -127,3 +127,22 @@ def test_no_head_is_told_for_certain_of_a_worm_that_lies_exactly_double_all_the_
     posed = [one.state for one in given if one.state.status.has_pose]
     assert len(posed) > 40
     assert max(state.head_certainty for state in posed) < 0.9
+
+
+def test_a_worm_that_strokes_at_a_dozen_frames_a_second_keeps_its_thin_ends():
+    """They were taken for debris, as the whole body is longer than a frame of 15 a second allows.
+
+    Drawn by other means than the rig's.
+    """
+    look, worm = LINE_LOOKS["lines"], read_folded_worms(WORMS)["4006"]
+    light, wall = light_and_wall(look)
+    tracker, given, lengths_px = Tracker(TrackerParameters()), [], []
+    for frame in range(878, 912, 2):
+        line, widths = true_line_px(worm, frame, look)
+        lengths_px.append(np.hypot(*np.diff(line, axis=0).T).sum())
+        picture = picture_of(line, widths, look, light, wall, seed=frame)
+        given += tracker.push(picture, frame * 40_000_000)
+    given += tracker.finish()
+    told_px = np.array([one.state.length_px for one in given])
+    assert np.isfinite(told_px).mean() > 0.8
+    assert np.nanmax(np.abs(told_px / lengths_px - 1)) < 0.02

@@ -27,12 +27,15 @@ class Elapsed:
     ----------
     steps : int
         Frames of 15 a second, 1 to 15: the limits on what a worm does are for one of them.
+    over_steps : float
+        How much longer than so many frames it is: 80 ms are one, and a fifth longer.
     frames_missing : int
         Frames that are missing, by the recording's usual interval.
     """
 
     steps: int = 1
     frames_missing: int = 0
+    over_steps: float = 1.0
 
 
 AT_ONCE = Elapsed()
@@ -71,4 +74,5 @@ class FrameIntervals:
         missing = round(interval_ns / median(self._usual)) - 1 if known else 0
         self._usual.append(interval_ns)
         steps = min(max(round(interval_ns / self._settings.step_ns), 1), self._settings.most_steps)
-        return Elapsed(steps, max(missing, 0))
+        over = interval_ns / (steps * self._settings.step_ns)
+        return Elapsed(steps, max(missing, 0), min(max(over, 1.0), 1.5))

@@ -240,7 +240,7 @@ class Tracker:
             self._repeats.hold(frame, stamp_ns, self.geometry)
             return self._give(self._release())
         elapsed = self._intervals.push(stamp_ns)
-        self._track.skip(elapsed.steps - 1)
+        self._track.skip(elapsed.steps - 1, elapsed.over_steps)
         bodies_begun = self._track.bodies_begun
         observation = self._observe(picture, stamp_ns)
         if self._track.bodies_begun != bodies_begun:

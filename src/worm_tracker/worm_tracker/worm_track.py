@@ -229,6 +229,12 @@ class WormTrack:
         self.bodies_begun = 0
         self.frames_lost = 0
         self.frames_unresolved = 0
+        self._over_steps = 1.0
+
+    @property
+    def elapsed_frames(self) -> float:
+        """How many frames of 15 a second lie between this picture and the last with the worm."""
+        return (1 + self.frames_lost) * self._over_steps
 
     @property
     def prior(self) -> DetectionPrior:
@@ -282,11 +288,18 @@ class WormTrack:
         self.frames_lost += 1
         self.frames_unresolved = 0
 
-    def skip(self, frames: int = 1) -> None:
+    def skip(self, frames: int = 1, over_steps: float = 1.0) -> None:
         """Take so many frames in which the rig is not seen: the worm moves on meanwhile.
 
         A way that is foretold for longer than a second leads nowhere, however long it is.
+
+        Parameters
+        ----------
+        frames : int
+        over_steps : float
+            How much longer than that and a frame it is to the next picture.
         """
+        self._over_steps = over_steps
         self.frames_lost = min(self.frames_lost + frames, MOST_FRAMES_SKIPPED)
 
     def link(self, points: Floats) -> None:

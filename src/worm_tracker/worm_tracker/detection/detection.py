@@ -217,16 +217,20 @@ class Detection:
 
         Or a part of it, a mask of the window.
         """
-        pixels, points = self.object_pixels() if part is None else part, self.view.in_window(points)
-        height, width = pixels.shape
+        pixels = self.object_pixels() if part is None else part
+        return any(self.goes_on_at_ends(points, distance, pixels))
+
+    def goes_on_at_ends(self, points: Floats, distance: float, part: Picture) -> tuple[bool, bool]:
+        """Tell of each end of a midline whether a part of the object, a mask, goes on there."""
+        height, width = part.shape
+        points, goes_on = self.view.in_window(points), []
         for tip, within in (points[:2], points[:-3:-1]):
             onwards = (tip - within) / max(float(np.hypot(*(tip - within))), 1e-9)
             ahead = tip + distance * np.linspace(0.5, 1.0, 4)[:, None] * onwards
             u, v = np.rint(ahead).astype(int).T
             seen = (u >= 0) & (v >= 0) & (u < width) & (v < height)
-            if pixels[v[seen], u[seen]].any():
-                return True
-        return False
+            goes_on.append(bool(part[v[seen], u[seen]].any()))
+        return goes_on[0], goes_on[1]
 
     def with_dirt(self, dirt: Picture, window: Window) -> "Detection":
         """Return the object with dirt under it that has become known of since.

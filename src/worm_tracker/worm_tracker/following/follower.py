@@ -186,8 +186,9 @@ class Follower:
             return True
         is_cut = np.count_nonzero(cut_off) > settings.least_cut_end_widths2 * width**2
         is_known = model is not None and model.is_learned
-        if is_known and is_cut and whole.goes_on_at(found.points, width, cut_off):
-            return True  # a thin tail, say
+        goes_on = whole.goes_on_at_ends(found.points, width, cut_off)
+        if is_cut and (all(goes_on) or (is_known and any(goes_on))):
+            return True  # a thin tail, say; what falls off at both ends alike is their taper
         after_fold = self._track.frames_unresolved > 0 and not (model is None or model.is_young)
         most = settings.most_cut_after_fold_widths2 * width**2
         if after_fold and np.count_nonzero(cut_off) > most:
@@ -276,7 +277,7 @@ class Follower:
         if last is None or (self._track.bodies.is_unexplained and not known):
             return known  # a body that did not explain its object tells nothing of its length
         stretch = abs(log(length / length_of(last)))
-        most = settings.most_log_stretch_per_frame * (1 + self._track.frames_lost)
+        most = settings.most_log_stretch_per_frame * self._track.elapsed_frames
         if stretch > most and detection.occluder is None:
             return False
         if not known and stretch > settings.most_log_length_over_last:
