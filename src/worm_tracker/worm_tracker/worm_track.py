@@ -216,8 +216,8 @@ class WormTrack:
     bodies_begun : int
         How often a body was learned from nothing: what was held to be the worm before was not, or
         not all of it.
-    frames_lost, frames_unresolved : int
-        Frames since the worm was last seen, and without a midline although it was seen.
+    frames_unresolved : int
+        Frames without a midline although the worm was seen.
     """
 
     def __init__(self) -> None:
@@ -227,14 +227,19 @@ class WormTrack:
         self.bodies = LastBodies()
         self.linked: Floats | None = None
         self.bodies_begun = 0
-        self.frames_lost = 0
         self.frames_unresolved = 0
-        self._over_steps = 1.0
+        self._lost_and_over = 0, 1.0
+
+    @property
+    def frames_lost(self) -> int:
+        """Frames of 15 a second since the worm was last seen."""
+        return self._lost_and_over[0]
 
     @property
     def elapsed_frames(self) -> float:
-        """How many frames of 15 a second lie between this picture and the last with the worm."""
-        return (1 + self.frames_lost) * self._over_steps
+        """How many frames of 15 a second it is from the last picture with the worm to this one."""
+        lost, over_steps = self._lost_and_over
+        return (1 + lost) * over_steps
 
     @property
     def prior(self) -> DetectionPrior:
@@ -276,7 +281,7 @@ class WormTrack:
         self.blob = blob
         followed = points if propagated is None else propagated.points
         self.bodies = self.bodies.then(followed, propagated)
-        self.frames_lost = 0
+        self._lost_and_over = 0, 1.0
         self.frames_unresolved = 0 if points is not None else self.frames_unresolved + 1
         if points is not None:
             self.body = points
@@ -285,7 +290,7 @@ class WormTrack:
         """Take a picture of the rig in which the worm was not seen."""
         self.blob = self.body = None
         self.bodies = self.bodies.then(None, None)
-        self.frames_lost += 1
+        self._lost_and_over = self.frames_lost + 1, 1.0
         self.frames_unresolved = 0
 
     def skip(self, frames: int = 1, over_steps: float = 1.0) -> None:
@@ -299,8 +304,7 @@ class WormTrack:
         over_steps : float
             How much longer than that and a frame it is to the next picture.
         """
-        self._over_steps = over_steps
-        self.frames_lost = min(self.frames_lost + frames, MOST_FRAMES_SKIPPED)
+        self._lost_and_over = min(self.frames_lost + frames, MOST_FRAMES_SKIPPED), over_steps
 
     def link(self, points: Floats) -> None:
         """Take a midline, in the order of its ends that links it to those before."""
