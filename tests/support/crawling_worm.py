@@ -20,6 +20,15 @@ SMALL_RIG = Rig(
     optics=NOISY,
 )
 LARGE_RIG = Rig(centre_px=(498.3, 517.6), exit_rad=np.radians(27.0), optics=NOISY)
+TWO_CHAMBERS = Rig(
+    width_px=1009,
+    height_px=290,
+    px_per_mm=13.0,
+    centre_px=(147.3, 142.6),
+    exit_width_mm=1.0,
+    chamber_b=True,
+    optics=NOISY,
+)
 FRAME_NS = 62_500_000
 
 

@@ -8,8 +8,8 @@ import pytest
 from crawling_worm import (
     FRAME_NS,
     LARGE_RIG,
-    NOISY,
     SMALL_RIG,
+    TWO_CHAMBERS,
     arc,
     around,
     crawl,
@@ -21,7 +21,7 @@ from crawling_worm import (
     wavy_path,
 )
 
-from worm_model.simulator.rig import Rig, draw
+from worm_model.simulator.rig import draw
 from worm_msgs_py import Status
 from worm_tracker.calibration import walls
 from worm_tracker.calibration.motion_detector import MotionDetector
@@ -144,15 +144,7 @@ def test_a_worm_along_half_of_the_wall_is_no_bump():
 
 
 def test_both_chambers_move_together():
-    rig = Rig(
-        width_px=1009,
-        height_px=290,
-        px_per_mm=13.0,
-        centre_px=(147.3, 142.6),
-        exit_width_mm=1.0,
-        chamber_b=True,
-        optics=NOISY,
-    )
+    rig = TWO_CHAMBERS
     after = moved(rig, 2.4, 3.3, 0.4)
     pictures, bodies = bumped_film(rig, after, at=14, frames=24, length=80.0, width=6.0)
     tracker, given = track(pictures)
@@ -293,15 +285,7 @@ def test_the_width_is_measured_once_the_worm_has_left_the_water_before_the_exit(
 
 
 def test_a_worm_in_the_exit_of_one_chamber_leaves_that_of_the_other_in_view():
-    rig = Rig(
-        width_px=1009,
-        height_px=290,
-        px_per_mm=13.0,
-        centre_px=(147.3, 142.6),
-        exit_width_mm=2.0,
-        chamber_b=True,
-        optics=NOISY,
-    )
+    rig = replace(TWO_CHAMBERS, exit_width_mm=2.0)
     path = radial_path(rig)
     head = arc(path)[np.argmax(np.hypot(*(path - rig.centre_px).T) > rig.radius_px)] + 20.0
     tracker = Tracker()

@@ -5,11 +5,11 @@ import re
 
 import numpy as np
 import pytest
-from crawling_worm import NOISY, SMALL_RIG, crawl, wall_path
+from crawling_worm import SMALL_RIG, TWO_CHAMBERS, crawl, wall_path
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worm_model.simulator.rig import Rig, draw
+from worm_model.simulator.rig import draw
 from worm_tracker.calibration.circle_fit import FittedCircle
 from worm_tracker.calibration.rig_monitor import RigMonitor, RigMonitorSettings
 from worm_tracker.calibration.walls import WallSettings, seen_walls, walls_again
@@ -52,16 +52,7 @@ def test_a_given_circle_off_its_wall_is_said_with_the_one_that_is_on_it(
 
 
 def test_of_two_given_circles_the_one_that_is_off_is_named():
-    rig = Rig(
-        width_px=1009,
-        height_px=290,
-        px_per_mm=13.0,
-        centre_px=(147.3, 142.6),
-        exit_width_mm=1.0,
-        chamber_b=True,
-        optics=NOISY,
-    )
-    a, b = rig.chambers
+    a, b = TWO_CHAMBERS.chambers
     circles = {
         "centre_u_px": a.centre_u_px,
         "centre_v_px": a.centre_v_px,
@@ -70,8 +61,8 @@ def test_of_two_given_circles_the_one_that_is_off_is_named():
         "centre_b_v_px": b.centre_v_px,
         "radius_b_px": b.radius_px,
     }
-    body = crawl(wall_path(rig, 6.0), 80.0, 6.0, [180.0])[0]
-    advice = monitor(draw(rig, body, 0), **circles).advice
+    body = crawl(wall_path(TWO_CHAMBERS, 6.0), 80.0, 6.0, [180.0])[0]
+    advice = monitor(draw(TWO_CHAMBERS, body, 0), **circles).advice
     assert advice.startswith("--circle-b-px is off")
     assert "4.0 px" in advice
 
