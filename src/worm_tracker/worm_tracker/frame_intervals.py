@@ -27,10 +27,10 @@ class Elapsed:
     ----------
     steps : int
         Frames of 15 a second, 1 to 15: the limits on what a worm does are for one of them.
-    over_steps : float
-        How much longer than so many frames it is: 80 ms are one, and a fifth longer.
     frames_missing : int
         Frames that are missing, by the recording's usual interval.
+    over_steps : float
+        How much longer than so many frames it is, 1 to 1.5: 80 ms are one, and a fifth longer.
     """
 
     steps: int = 1
@@ -74,5 +74,6 @@ class FrameIntervals:
         missing = round(interval_ns / median(self._usual)) - 1 if known else 0
         self._usual.append(interval_ns)
         steps = min(max(round(interval_ns / self._settings.step_ns), 1), self._settings.most_steps)
-        over = interval_ns / (steps * self._settings.step_ns)
-        return Elapsed(steps, max(missing, 0), min(max(over, 1.0), 1.5))
+        # More than half a step over is a pause that is longer than all steps that count.
+        over = min(max(interval_ns / (steps * self._settings.step_ns), 1.0), 1.5)
+        return Elapsed(steps, max(missing, 0), over)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from worm_model.simulator.rig import draw
+from worm_tracker.calibration.calibrate import CalibrationSettings
 from worm_tracker.calibration.circle_fit import FittedCircle
 from worm_tracker.calibration.rig_monitor import RigMonitor, RigMonitorSettings
 from worm_tracker.calibration.walls import WallSettings, seen_walls, walls_again
@@ -18,7 +19,8 @@ from worm_tracker.parameters import TrackerParameters
 LENGTH, WIDTH = 110.0, 12.0
 BODY = crawl(wall_path(SMALL_RIG, WIDTH), LENGTH, WIDTH, [2.2 * LENGTH])[0]
 PICTURE = draw(SMALL_RIG, BODY, 0)
-MOST_PX = WallSettings().most_beside_px
+HOW = WallSettings(), CalibrationSettings()
+MOST_PX = HOW[0].most_beside_px
 
 
 def monitor(picture=PICTURE, **circles):
@@ -69,7 +71,7 @@ def test_of_two_given_circles_the_one_that_is_off_is_named():
 
 def test_a_circle_that_was_found_is_its_wall():
     rig = monitor()
-    (wall,) = seen_walls(PICTURE, rig.assumed.chambers, TrackerParameters(), WallSettings())
+    (wall,) = seen_walls(PICTURE, rig.assumed.chambers, TrackerParameters(), *HOW)
     (found,) = rig.assumed.chambers
     assert (wall.u, wall.v, wall.radius) == (
         found.centre_u_px,
@@ -82,12 +84,12 @@ def test_a_circle_that_was_found_is_its_wall():
 def test_no_wall_is_seen_where_a_circle_of_another_size_is_given():
     parameters = TrackerParameters(**given_circle(larger_px=0.05 * SMALL_RIG.radius_px))
     chambers = RigMonitor(PICTURE, parameters, 0, RigMonitorSettings()).assumed.chambers
-    assert seen_walls(PICTURE, chambers, parameters, WallSettings()) == ()
+    assert seen_walls(PICTURE, chambers, parameters, *HOW) == ()
 
 
 def test_a_given_wall_that_has_gone_is_not_found_on_the_given_circle():
     parameters = TrackerParameters(**given_circle())
     walls = (FittedCircle(*SMALL_RIG.centre_px, SMALL_RIG.radius_px),)
     covered = np.full_like(PICTURE, 180)
-    assert walls_again(covered, walls, parameters, 0, WallSettings()) == ()
-    assert walls_again(PICTURE, walls, parameters, 0, WallSettings()) != ()
+    assert walls_again(covered, walls, parameters, 0, *HOW) == ()
+    assert walls_again(PICTURE, walls, parameters, 0, *HOW) != ()

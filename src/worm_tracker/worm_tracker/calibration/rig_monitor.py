@@ -9,7 +9,12 @@ import numpy as np
 from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.contract.chamber import Chamber, Geometry
 from worm_msgs_py.units import NS_PER_S
-from worm_tracker.calibration.calibrate import calibrate, passage_length, with_shared_passage
+from worm_tracker.calibration.calibrate import (
+    CalibrationSettings,
+    calibrate,
+    passage_length,
+    with_shared_passage,
+)
 from worm_tracker.calibration.calibrate_pictures import with_agreed_exit
 from worm_tracker.calibration.circle_fit import FittedCircle
 from worm_tracker.calibration.exit_fit import FittedExit, find_exit
@@ -50,6 +55,7 @@ class RigMonitorSettings:
     """A turn that is within what a calibration is good to is none."""
     most_exit_width_ratio_off: float = 0.05
     """The same of the width of the exit by which a turn is told."""
+    calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
     walls: WallSettings = field(default_factory=WallSettings)
     motion: MotionDetectorSettings = field(default_factory=MotionDetectorSettings)
     vibration: VibrationSettings = field(default_factory=VibrationSettings)
@@ -110,9 +116,10 @@ class RigMonitor:
     ) -> None:
         self._parameters = parameters
         self._settings = settings
-        self.assumed = calibrate(picture, parameters, stamp_ns, settings.walls.calibration)
+        self.assumed = calibrate(picture, parameters, stamp_ns, settings.calibration)
         self.geometry = self.assumed
-        self._walls = seen_walls(picture, self.assumed.chambers, parameters, settings.walls)
+        how = settings.walls, settings.calibration
+        self._walls = seen_walls(picture, self.assumed.chambers, parameters, *how)
         self.advice = why_beside(self.assumed.chambers, self._walls, settings.walls)
         self._motion = self._watch(picture)
         self._vibration = Vibration(settings.vibration)
@@ -194,14 +201,14 @@ class RigMonitor:
             return seen
         if len(looks) < settings.least_looks:
             return chamber
-        agreed = with_agreed_exit(chamber, looks, settings.walls.calibration)
+        agreed = with_agreed_exit(chamber, looks, settings.calibration)
         off_m = max(abs(agreed.exit_width_m - chamber.exit_width_m), agreed.exit_width_sd_m)
         believed = off_m * chamber.px_per_m < settings.most_exit_width_off_px
         return chamber if believed else agreed
 
     def _with_exit(self, picture: Picture, chamber: Chamber, contour: Floats | None) -> Chamber:
         """Return a chamber with its exit, if it is in view and clear of the worm."""
-        found = find_exit(picture, circle_of(chamber), self._settings.walls.calibration.exit)
+        found = find_exit(picture, circle_of(chamber), self._settings.calibration.exit)
         if found is None:
             return chamber
         seen = self._seen(chamber, found)
@@ -222,7 +229,8 @@ class RigMonitor:
     ) -> GeometryChange | None:
         """Find the rig where it is now; None where it has not moved or is not to be seen."""
         old, settings = self.assumed.chambers, self._settings
-        walls = walls_again(picture, self._walls, self._parameters, stamp_ns, settings.walls)
+        how = settings.walls, settings.calibration
+        walls = walls_again(picture, self._walls, self._parameters, stamp_ns, *how)
         if not walls:
             return None
         moved = self._moved_to(walls)
@@ -290,7 +298,7 @@ class RigMonitor:
         return turn if abs(turn) > self._settings.least_turn_rad / 3 else 0.0
 
     def _with_shared_passage(self, chambers: tuple[Chamber, ...]) -> tuple[Chamber, ...]:
-        return with_shared_passage(chambers, self._settings.walls.calibration)
+        return with_shared_passage(chambers, self._settings.calibration)
 
     def _is_clear(self, chamber: Chamber, contour: Floats | None) -> bool:
         """Tell whether the worm's contour keeps off all that an exit is measured by."""
@@ -300,7 +308,7 @@ class RigMonitor:
         margin = self._settings.clear_of_exit_px / chamber.px_per_m
         r, aside = np.hypot(x, y), np.abs(y) - chamber.exit_width_m / 2
         beside = (r > chamber.radius_m - margin) & (aside < 4 * margin)
-        exits = self._settings.walls.calibration.exit
+        exits = self._settings.calibration.exit
         water_m = exits.water_radius_px(chamber.radius_px) / chamber.px_per_m - margin
         before = (r > water_m) & (aside < 0)
         farthest_m = exits.passage_radii_px(chamber.radius_px)[-1] / chamber.px_per_m + margin

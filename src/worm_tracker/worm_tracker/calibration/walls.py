@@ -1,6 +1,6 @@
 """The walls of a rig, as they are seen: a circle each, found again once the camera is bumped."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
@@ -25,7 +25,6 @@ class WallSettings:
     most_beside_px: float = 1.5
     """How far the wall may be from a circle that is given for it without a word: contacts are told
     by a few pixels, and fits by hand are no better."""
-    calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
 
 
 def seen_walls(
@@ -33,6 +32,7 @@ def seen_walls(
     chambers: tuple[Chamber, ...],
     parameters: TrackerParameters,
     settings: WallSettings,
+    calibration: CalibrationSettings,
 ) -> tuple[FittedCircle, ...]:
     """Return the circle that each chamber's wall is seen on; none where one is not to be seen.
 
@@ -44,11 +44,12 @@ def seen_walls(
     chambers : tuple of Chamber
     parameters : TrackerParameters
     settings : WallSettings
+    calibration : CalibrationSettings
     """
     told = tuple(circle_of(chamber) for chamber in chambers)
     if not parameters.chamber_given:
         return told
-    seen = tuple(_near(picture, circle, settings) for circle in told)
+    seen = tuple(_near(picture, circle, settings, calibration) for circle in told)
     return tuple(wall for wall in seen if wall is not None) if None not in seen else ()
 
 
@@ -75,6 +76,7 @@ def walls_again(
     parameters: TrackerParameters,
     stamp_ns: int,
     settings: WallSettings,
+    calibration: CalibrationSettings,
 ) -> tuple[FittedCircle, ...]:
     """Return the walls where they are now; none where one is not to be seen.
 
@@ -86,33 +88,42 @@ def walls_again(
     parameters : TrackerParameters
     stamp_ns : int
     settings : WallSettings
+    calibration : CalibrationSettings
     """
-    still = _still_there(picture, walls, settings)
+    still = _still_there(picture, walls, settings, calibration)
     if still:
         return still
-    moved = [wall for wall in (_near(picture, old, settings) for old in walls) if wall is not None]
-    if len(moved) == len(walls):
-        return tuple(moved)
+    moved = tuple(_near(picture, wall, settings, calibration) for wall in walls)
+    if None not in moved:
+        return tuple(wall for wall in moved if wall is not None)
     if parameters.chamber_given:  # only the circles given would be looked at
         return ()
     try:
-        fresh = calibrate(picture, parameters, stamp_ns, settings.calibration)
+        fresh = calibrate(picture, parameters, stamp_ns, calibration)
     except NoChamberFound:
         return ()
     found = tuple(circle_of(chamber) for chamber in fresh.chambers)
     return found if len(found) == len(walls) else ()
 
 
-def _near(picture: Picture, circle: FittedCircle, settings: WallSettings) -> FittedCircle | None:
+def _near(
+    picture: Picture,
+    circle: FittedCircle,
+    settings: WallSettings,
+    calibration: CalibrationSettings,
+) -> FittedCircle | None:
     """Return the wall of the size of a circle that its centre lies in."""
-    wall = fit_circle(picture, (circle.u, circle.v), settings.calibration.circle)
+    wall = fit_circle(picture, (circle.u, circle.v), calibration.circle)
     if wall is None or abs(wall.radius / circle.radius - 1) >= settings.most_radius_ratio_off:
         return None
     return wall
 
 
 def _still_there(
-    picture: Picture, walls: tuple[FittedCircle, ...], settings: WallSettings
+    picture: Picture,
+    walls: tuple[FittedCircle, ...],
+    settings: WallSettings,
+    calibration: CalibrationSettings,
 ) -> tuple[FittedCircle, ...]:
     """Return the walls by another look at where they were; none where one has moved.
 
@@ -121,7 +132,7 @@ def _still_there(
     """
     found = []
     for wall in walls:
-        circle = refit_circle(picture, wall, settings.calibration.circle)
+        circle = refit_circle(picture, wall, calibration.circle)
         if circle is None or _change_px(wall, circle) >= settings.least_move_px:
             return ()
         found.append(circle)

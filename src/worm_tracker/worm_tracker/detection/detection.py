@@ -212,13 +212,9 @@ class Detection:
         u, v = np.rint(self.view.in_window(points)).astype(int).T
         return np.asarray(self.occluder[v.clip(0, height - 1), u.clip(0, width - 1)] > 0)
 
-    def goes_on_at(self, points: Floats, distance: float, part: Picture | None = None) -> bool:
-        """Tell whether the object goes on, within this many pixels, where a midline on it ends.
-
-        Or a part of it, a mask of the window.
-        """
-        pixels = self.object_pixels() if part is None else part
-        return any(self.goes_on_at_ends(points, distance, pixels))
+    def goes_on_at(self, points: Floats, distance: float) -> bool:
+        """Tell whether the object goes on, within this many pixels, where a midline on it ends."""
+        return any(self.goes_on_at_ends(points, distance, self.object_pixels()))
 
     def goes_on_at_ends(self, points: Floats, distance: float, part: Picture) -> tuple[bool, bool]:
         """Tell of each end of a midline whether a part of the object, a mask, goes on there."""
