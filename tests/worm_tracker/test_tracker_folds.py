@@ -75,6 +75,16 @@ def test_a_body_is_right_through_hairpins(name, first, last):
     assert off[told & ~folded].max() < 1.0
 
 
+def test_a_thin_end_along_its_own_flank_is_told_where_it_lies():
+    """No outline shows it: a sliver beside the strand is paler than half of the body."""
+    given, bodies = tracked("4005", 625, 785)
+    folded = np.array([is_folded(body) for body in bodies])
+    off = np.array([off_widths(*pair) for pair in zip(given, bodies, strict=True)])
+    told = np.isfinite(off)
+    assert told[folded].mean() > 0.75
+    assert off[told].max() < 1.0
+
+
 def test_a_loop_whose_end_was_cut_off_with_debris_is_not_told_as_an_open_body():
     """The tail lies across the body, between specks that hang on to it; no tip of it is seen."""
     given, bodies = tracked("4002", 900, 992, "coarse")

@@ -25,7 +25,7 @@ from worm_tracker.midline.body_residual import (
     unexplained,
 )
 from worm_tracker.midline.body_shade import ShadedObject
-from worm_tracker.midline.curve import as_points, length_of
+from worm_tracker.midline.curve import as_points, length_of, median_of
 from worm_tracker.midline.deformable_fit import fit_body
 from worm_tracker.midline.expected_body import ExpectedBody
 from worm_tracker.midline.hidden_slack import without_slack
@@ -35,6 +35,7 @@ from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.midline.strand_exchange import DoubtfulLoop, part_of
 from worm_tracker.midline.way_by_marks import MarkedLoop, MarksOnPath, marked_loops
+from worm_tracker.propagation.beside_ends import broad_ends, end_over_limits_at, ends_lack
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import (
     clear_ends,
@@ -112,8 +113,9 @@ class CandidateSearch:
         expected = max(found.agreement, self.body.expected_agreement - lost)
         path = found.path.shifted(self.origin)
         first, last = found.end_sd_px
-        lacks_first, lacks_last = self.ends_lack(found)
         model, width = self.model, self.model.width
+        lacks_first, lacks_last = self.ends_lack(found)
+        differs_first, differs_last = (over > 1 for over in self.ends_over_limits(found))
         in_doubt = self.loops_in_doubt(found)
         marked = self.told_by_marks(found.path) if in_doubt else []
         untold = part_of([loop for loop in in_doubt if loop not in marked])
@@ -122,7 +124,10 @@ class CandidateSearch:
             found.agreement,
             expected,
             self.origin + found.unexplained.centroid(),
-            (max(first, lacks_first * width), max(last, lacks_last * width)),
+            (
+                max(first, (lacks_first or differs_first) * width),
+                max(last, (lacks_last or differs_last) * width),
+            ),
             self.over_limits(found),
             found.straighter,
             untold,
@@ -130,7 +135,7 @@ class CandidateSearch:
             self.frames_unexplained(found),
             was_turned=self.stays_turned(found, bool(in_doubt)),
             order_known=self.order_known(found, untold),
-            broad_ends=self.broad_ends(found),
+            broad_ends=broad_ends(found, width, self.settings),
             hides_slack=self.hides_slack(found),
             is_s_at_end=s_at_end(found.path, width, self.settings),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
@@ -172,35 +177,28 @@ class CandidateSearch:
         return score_by_marks_or_widths(path, mask, model, marks, self.settings.marks)
 
     def ends_lack(self, found: Candidate) -> tuple[bool, bool]:
-        """Tell of each end whether it lies on the body and something is missing beside it.
+        """Tell of each end whether it lies on the body and something is missing beside it."""
+        return ends_lack(found, self.seen, self.model.width, self.settings)
 
-        It lies elsewhere then. Told where overlaps are darker: marks of a skin look like them.
+    def ends_over_limits(self, found: Candidate) -> tuple[float, float]:
+        """Return how much the picture differs from the body beside each end that lies on it.
+
+        Over what it may; 0 for an end in clear water.
         """
-        settings, width = self.settings, self.model.width
-        if self.seen.dark is None or self.seen.shaded is not None:
-            return False, False
-        near = settings.near_end_widths * width
-        on_body = ends_on_body(found.path.curve, near, found.path.step)
-        reach = settings.missing_at_end_widths * width
-        most = settings.most_missing_at_end_widths2 * width**2
+        curve, near_px = found.path.curve, self.settings.near_end_widths * self.model.width
+        on_body = ends_on_body(curve, near_px, found.path.step)
         first, last = (
-            on and found.unexplained.missing_px2(point, reach) > most
-            for on, point in zip(on_body, found.path.points[[0, -1]], strict=True)
+            self.end_over_limits_at(found, complex(end)) if on else 0.0
+            for on, end in zip(on_body, curve[[0, -1]], strict=True)
         )
         return first, last
 
-    def broad_ends(self, found: Candidate) -> tuple[bool, bool]:
-        """Tell of each end whether the object is broader there than the body is.
-
-        An end that is bent back onto its own flank makes it so, and the bend is taken for the end.
-        """
-        width, settings = self.model.width, self.settings
-        reach, most = settings.broad_end_widths * width, settings.most_beside_end_widths2 * width**2
-        first, last = (
-            found.unexplained.beside_px2(point, reach) > most
-            for point in found.path.points[[0, -1]]
+    def end_over_limits_at(self, found: Candidate, place: complex) -> float:
+        """Return how much the picture differs from the body near a place, over what it may."""
+        level = median_of(self.levels)
+        return end_over_limits_at(
+            self.signal, found.path, place, self.seen, self.model, level, self.settings
         )
-        return first, last
 
     def frames_unexplained(self, found: Candidate) -> int:
         """Return how many pictures lie between this one and the last that the body explained.

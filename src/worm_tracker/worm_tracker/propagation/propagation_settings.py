@@ -6,6 +6,7 @@ from worm_tracker.detection.pale_ends import PaleEndSettings
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
 from worm_tracker.midline.end_marks import EndMarksSettings
+from worm_tracker.midline.end_residual import EndResidualSettings
 from worm_tracker.midline.hidden_slack import HiddenSlackSettings
 from worm_tracker.midline.led_out import LedOutSettings
 from worm_tracker.midline.other_ends import OtherEndsSettings
@@ -80,6 +81,9 @@ class PropagationSettings:
     missing_at_end_widths: float = 2.0
     """What may be missing as near as this to an end that lies on or against the body, squared
     widths: it is little that a tapered end covers."""
+    moved_end_widths: tuple[float, ...] = (1.0, 2.0, -1.0, -2.0)
+    """How far an end beside which the picture differs from the body is moved on along its way, to
+    see whether it lies there."""
     broad_end_widths: float = 2.0
     most_beside_end_widths2: float = 0.3
     """What of the object may lie beside the body, by more than a pixel, so near to an end: of 35
@@ -191,6 +195,7 @@ class PropagationSettings:
     pale_ends: PaleEndSettings = field(default_factory=PaleEndSettings)
     """As the detector has them."""
     end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
+    end_residual: EndResidualSettings = field(default_factory=EndResidualSettings)
     overlaps: OverlapDarkeningSettings = field(default_factory=OverlapDarkeningSettings)
     led_out: LedOutSettings = field(default_factory=LedOutSettings)
     other_ends: OtherEndsSettings = field(default_factory=OtherEndsSettings)

@@ -1,0 +1,56 @@
+"""Lays an end of a body anew where the picture is darker or paler beside it than the body makes it.
+
+An end told too short leaves the strand that it lies on to take its flank for an edge; one told too
+long lies beside that strand where nothing is. Moved on or back along its way and slid again, both
+lie where they are seen.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from worm_tracker.midline.path import BodyPath, evenly, nodes_for
+from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.candidate import Candidate
+
+
+def with_ends_by_signal(scene: CandidateSearch, found: Candidate) -> Candidate:
+    """Return a body whose ends lie on or back along their way where the picture says so.
+
+    An end stays where no other place explains the picture.
+    """
+    over = scene.ends_over_limits(found)
+    for last_end in (False, True):
+        if over[last_end] > 1:
+            found = _with_end_moved(scene, found, last_end)
+    return found
+
+
+def _with_end_moved(scene: CandidateSearch, found: Candidate, last_end: bool) -> Candidate:
+    """Return a body with one end moved to where the picture differs least, if little enough."""
+    model, best, least = scene.model, found, 1.0
+    was = complex(found.path.curve[-1 if last_end else 0])
+    for widths in scene.settings.moved_end_widths:
+        slid = scene.slid(_with_end_at(found.path, last_end, widths * model.width, model.width))
+        if slid is None or scene.over_limits(slid) > max(scene.over_limits(found), 1.0):
+            continue
+        over = max(scene.ends_over_limits(slid)[last_end], scene.end_over_limits_at(slid, was))
+        if over < least:
+            best, least = replace(slid, path=replace(slid.path, ways=found.path.ways)), over
+    return best
+
+
+def _with_end_at(path: BodyPath, last_end: bool, way: float, width: float) -> BodyPath:
+    """Return a path with an end moved straight on by a way, or back by it, pixels."""
+    curve = path.curve[::-1] if last_end else path.curve
+    count = round(abs(way) / path.step)
+    if way > 0:
+        behind = min(max(1, round(width / path.step)), len(curve) - 1)
+        heading = curve[0] - curve[behind]
+        heading /= max(abs(heading), 1e-9)
+        on = curve[0] + heading * path.step * np.arange(count, 0, -1)
+        line = np.concatenate([on, curve])
+    else:
+        line = curve[min(count, len(curve) // 2) :]
+    line = evenly(line, nodes_for(path.length + way, width))
+    return BodyPath(line[::-1] if last_end else line)

@@ -1,0 +1,75 @@
+"""An end told too short or too long on its own flank is laid where the picture shows it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from body_searches import search_after
+from flank_ends import DARKENING, LEVEL, along_itself, signal_of, with_last_end_moved
+
+from worm_tracker.midline.body_residual import ObjectMasks, dark_places
+from worm_tracker.midline.path import BodyPath, evenly, nodes_for
+from worm_tracker.propagation.laid_by_signal import with_ends_by_signal
+
+WIDTH = 14.0
+START, ASIDE = 1.0, 0.6
+LINE, WIDTHS = along_itself(WIDTH, START, ASIDE)
+
+
+def path_of(line):
+    return BodyPath(evenly(line, nodes_for(float(abs(np.diff(line)).sum()), WIDTH)))
+
+
+def search_from(path, darker=True):
+    """Return the search for the body, from where it was said to lie."""
+    search = search_after(path_of(LINE), WIDTH, 1, loops_known=True)
+    signal, residual = signal_of(LINE, WIDTHS), search.settings.residual
+    mask = (signal > LEVEL / 2).astype(np.uint8) * 255
+    dark = dark_places(signal, LEVEL, DARKENING, residual) if darker else None
+    known = np.interp(np.linspace(0, 1, 65), np.linspace(0, 1, len(WIDTHS)), WIDTHS)
+    model = replace(search.model, widths=known, level=LEVEL, darkening=DARKENING)
+    return replace(
+        search,
+        signal=signal,
+        seen=ObjectMasks(mask, dark, WIDTH, residual),
+        levels=np.full(65, LEVEL),
+        model=model,
+        last=path,
+    )
+
+
+def off_widths(found):
+    return abs(found.path.curve[-1] - LINE[-1]) / WIDTH
+
+
+@pytest.mark.parametrize("longer_widths", [-1.5, -1.2, 1.2, 1.5])
+def test_an_end_told_too_short_or_too_long_is_laid_where_it_is_seen(longer_widths):
+    path = path_of(with_last_end_moved(LINE, WIDTH, longer_widths))
+    search = search_from(path)
+    found = search.scored(path, search.model.widths)
+    assert off_widths(found) > 1.1
+    anew = with_ends_by_signal(search, found)
+    assert off_widths(anew) < 0.6
+    # The other end stays, but for the round half of a width that is drawn beyond it.
+    assert abs(anew.path.curve[0] - LINE[0]) < 0.6 * WIDTH
+
+
+def test_an_end_that_lies_where_it_is_seen_stays():
+    path = path_of(LINE)
+    search = search_from(path)
+    found = search.scored(path, search.model.widths)
+    assert with_ends_by_signal(search, found) is found
+
+
+def test_where_overlaps_are_no_darker_nothing_is_moved():
+    path = path_of(with_last_end_moved(LINE, WIDTH, -2.0))
+    search = search_from(path, darker=False)
+    found = search.scored(path, search.model.widths)
+    assert with_ends_by_signal(search, found) is found
+
+
+def test_an_end_on_the_body_that_is_not_explained_is_told_as_hidden():
+    path = path_of(with_last_end_moved(LINE, WIDTH, -2.0))
+    search = search_from(path)
+    told = search.in_picture(search.scored(path, search.model.widths))
+    assert told.end_sd_px[1] >= WIDTH
