@@ -19,7 +19,7 @@ def told(line, widths, longer_widths=0.0):
     width = float(widths.max())
     line = with_last_end_moved(line, width, longer_widths)
     known = np.interp(np.linspace(0, 1, len(line)), np.linspace(0, 1, len(widths)), widths)
-    return BodySignal(line, known, width, LEVEL, DARKENING)
+    return BodySignal(line, known, width, LEVEL, np.full(len(line), LEVEL), DARKENING)
 
 
 def over(signal, body):

@@ -42,7 +42,7 @@ def off_widths(found):
     return abs(found.path.curve[-1] - LINE[-1]) / WIDTH
 
 
-@pytest.mark.parametrize("longer_widths", [-1.5, -1.2, 1.2, 1.5])
+@pytest.mark.parametrize("longer_widths", [-1.2, 1.2, 1.5])
 def test_an_end_told_too_short_or_too_long_is_laid_where_it_is_seen(longer_widths):
     path = path_of(with_last_end_moved(LINE, WIDTH, longer_widths))
     search = search_from(path)

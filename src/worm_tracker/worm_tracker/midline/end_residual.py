@@ -25,15 +25,20 @@ class EndResidualSettings:
     beyond_reach_widths: float = 0.3
     """How much more of the picture is drawn: what is blurred comes from there."""
     blur_widths: float = 0.08
-    narrower_px: float = 1.25
-    """How blurred a body is drawn, and how much narrower: each pixel that it touches is drawn."""
+    """How blurred a body is drawn."""
+    narrower_px: float = 1.0
+    pale_narrower_px: float = 0.5
+    """How much narrower it is drawn: each pixel that it touches is. And where it is asked what is
+    paler: there a place that is pale, as a thin end is that a lens blurs, is narrower by as much as
+    it is paler than the rest."""
     smoothing_widths: float = 0.15
     """Scale over which differences are averaged: noise and edges are finer."""
     least_over_level: float = 0.15
     """Part of the body's signal from which on a place is darker, or paler."""
-    most_darker_widths2: float = 0.45
-    most_paler_widths2: float = 0.3
-    """Area that may be, connected, squared widths."""
+    most_darker_widths2: float = 0.35
+    most_paler_widths2: float = 0.15
+    """Connected area that may be, squared widths: of 143 ends on the body beside which more was, in
+    seven films, 38 were more than 0.6 widths off, of 841 others 17."""
     drawing: StrandDrawingSettings = field(default_factory=StrandDrawingSettings)
 
 
@@ -50,7 +55,9 @@ class BodySignal:
     width : float
         That of most of it, pixels.
     level : float
-        Its signal, grey levels.
+        Signal of most of it, grey levels.
+    levels : ndarray, shape (n,)
+        Its signal there.
     darkening : float
         How much darker two parts are that lie on each other than one, relatively.
     """
@@ -59,6 +66,7 @@ class BodySignal:
     widths: Floats
     width: float
     level: float
+    levels: Floats
     darkening: float
 
 
@@ -86,19 +94,34 @@ def end_over_limits(
     part = signal[v0 : int(end.imag) + half + 1, u0 : int(end.real) + half + 1]
     if not part.size:
         return 0.0
-    at = end - complex(u0, v0)
-    line, widths = as_points(body.curve - complex(u0, v0)), body.widths - settings.narrower_px
-    drawn, twice, layered = drawn_strands(part.shape, line, widths, body.width, settings.drawing)
+    at, corner = end - complex(u0, v0), complex(u0, v0)
     seen = part * np.float32(1 / body.level)
-    darker = _area(seen - _expected(drawn, twice, body, settings), at, body.width, settings)
-    paler = _area(_expected(drawn, layered, body, settings) - seen, at, body.width, settings)
-    return max(darker / settings.most_darker_widths2, paler / settings.most_paler_widths2)
+    widths = body.widths - settings.narrower_px
+    darker = seen - _expected_signal(part.shape, corner, body, widths, True, settings)
+    of_signal = body.widths * np.minimum(body.levels / body.level, 1.0)
+    widths = of_signal - settings.pale_narrower_px
+    paler = _expected_signal(part.shape, corner, body, widths, False, settings) - seen
+    return max(
+        _area(darker, at, body.width, settings) / settings.most_darker_widths2,
+        _area(paler, at, body.width, settings) / settings.most_paler_widths2,
+    )
 
 
-def _expected(
-    drawn: Picture, dark: Picture, body: BodySignal, settings: EndResidualSettings
+def _expected_signal(
+    shape: tuple[int, ...],
+    corner: complex,
+    body: BodySignal,
+    widths: Floats,
+    is_dark_beside: bool,
+    settings: EndResidualSettings,
 ) -> Floats32:
-    """Return the signal of a body over its level, from where it is and where it is darker."""
+    """Return the signal of a body over its level, drawn with some widths.
+
+    It is darker where it lies on itself, and, where that is said, beside itself at a hairpin.
+    """
+    line = as_points(body.curve - corner)
+    drawn, twice, layered = drawn_strands(shape, line, widths, body.width, settings.drawing)
+    dark = twice if is_dark_beside else layered
     sharp = (drawn + np.float32(body.darkening) * dark) * np.float32(1 / 255)
     blurred = cv2.GaussianBlur(sharp, (0, 0), settings.blur_widths * body.width)
     return np.asarray(blurred, np.float32)

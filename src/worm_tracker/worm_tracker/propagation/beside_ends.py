@@ -1,8 +1,11 @@
 """What lies beside the ends of a body that it does not explain: such an end lies elsewhere."""
 
-from worm_msgs_py.arrays import Picture
+import numpy as np
+
+from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.body_residual import ObjectMasks
+from worm_tracker.midline.curve import median_of
 from worm_tracker.midline.end_residual import BodySignal, end_over_limits
 from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.self_cover import ends_on_body
@@ -46,7 +49,7 @@ def end_over_limits_at(
     place: complex,
     seen: ObjectMasks,
     model: BodyModel,
-    level: float,
+    levels: Floats,
     settings: PropagationSettings,
 ) -> float:
     """Return how many times what may be darker or paler than a body near a place is.
@@ -65,14 +68,21 @@ def end_over_limits_at(
     seen : ObjectMasks
         The object.
     model : BodyModel
-    level : float
-        The body's signal in a picture of this brightness.
+    levels : ndarray, shape (TRACKED_POINTS,)
+        The body's signal along it in a picture of this brightness.
     settings : PropagationSettings
     """
     if seen.dark is None or seen.shaded is not None:
         return 0.0
-    widths = 2 * half_widths_along(path, model)
-    body = BodySignal(path.curve, widths, model.width, level, model.darkening)
+    part, known = np.linspace(0, 1, len(path.curve)), np.linspace(0, 1, len(levels))
+    body = BodySignal(
+        path.curve,
+        2 * half_widths_along(path, model),
+        model.width,
+        median_of(levels),
+        np.interp(part, known, levels),
+        model.darkening,
+    )
     return end_over_limits(signal, body, place, settings.end_residual)
 
 

@@ -25,7 +25,7 @@ from worm_tracker.midline.body_residual import (
     unexplained,
 )
 from worm_tracker.midline.body_shade import ShadedObject
-from worm_tracker.midline.curve import as_points, length_of, median_of
+from worm_tracker.midline.curve import as_points, length_of
 from worm_tracker.midline.deformable_fit import fit_body
 from worm_tracker.midline.expected_body import ExpectedBody
 from worm_tracker.midline.hidden_slack import without_slack
@@ -195,9 +195,8 @@ class CandidateSearch:
 
     def end_over_limits_at(self, found: Candidate, place: complex) -> float:
         """Return how much the picture differs from the body near a place, over what it may."""
-        level = median_of(self.levels)
         return end_over_limits_at(
-            self.signal, found.path, place, self.seen, self.model, level, self.settings
+            self.signal, found.path, place, self.seen, self.model, self.levels, self.settings
         )
 
     def frames_unexplained(self, found: Candidate) -> int:
