@@ -54,6 +54,18 @@ def test_an_end_told_too_short_or_too_long_is_laid_where_it_is_seen(longer_width
     assert abs(anew.path.curve[0] - LINE[0]) < 0.6 * WIDTH
 
 
+def test_a_body_whose_end_is_moved_stays_one_whose_strands_were_exchanged():
+    """What is between them may be passed the other way: its loops are not known by that."""
+    path = path_of(with_last_end_moved(LINE, WIDTH, 1.5))
+    search = search_from(path)
+    found = search.scored(path, search.model.widths)
+    found = replace(found, was_exchanged=True, straighter=0.3)
+    anew = with_ends_by_signal(search, found)
+    assert anew is not found
+    assert anew.was_exchanged
+    assert anew.straighter == 0.3
+
+
 def test_an_end_that_lies_where_it_is_seen_stays():
     path = path_of(LINE)
     search = search_from(path)

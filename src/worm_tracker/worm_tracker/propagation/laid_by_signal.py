@@ -36,8 +36,15 @@ def _with_end_moved(scene: CandidateSearch, found: Candidate, last_end: bool) ->
             continue
         over = max(scene.ends_over_limits(slid)[last_end], scene.end_over_limits_at(slid, was))
         if over < least:
-            best, least = replace(slid, path=replace(slid.path, ways=found.path.ways)), over
-    return best
+            best, least = slid, over
+    if best is found:
+        return found
+    return replace(
+        best,
+        path=replace(best.path, ways=found.path.ways),
+        straighter=found.straighter,
+        was_exchanged=found.was_exchanged,
+    )
 
 
 def _with_end_at(path: BodyPath, last_end: bool, way: float, width: float) -> BodyPath:

@@ -82,8 +82,8 @@ class PropagationSettings:
     """What may be missing as near as this to an end that lies on or against the body, squared
     widths: it is little that a tapered end covers."""
     moved_end_widths: tuple[float, ...] = (1.0, 2.0, -1.0, -2.0)
-    """How far an end beside which the picture differs from the body is moved on along its way, to
-    see whether it lies there."""
+    """How far an end beside which the picture differs from the body is moved on along its way, or
+    back, to see whether it lies there."""
     broad_end_widths: float = 2.0
     most_beside_end_widths2: float = 0.3
     """What of the object may lie beside the body, by more than a pixel, so near to an end: of 35
