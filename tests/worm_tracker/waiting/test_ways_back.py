@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from crossing_loop import CROSSING, LOOP, NODES, TOUCHING, folded
 from waiting_frames import LINE, SEEN, WIDTH, coil, midline, queue_of
 
 from worm_msgs_py import Status
@@ -17,6 +18,22 @@ def test_of_a_fold_the_way_back_tells_which_way_round_its_loop_was_passed():
     first, _ = queue.finish()
     assert first.state.status is Status.FOLDED
     assert np.isfinite(first.midline.u_px).all()
+
+
+@pytest.mark.parametrize("frame", [0, 1, 2])
+def test_a_loop_that_both_ways_tell_otherwise_is_told_by_neither(frame):
+    """Marks tell it in one frame: the way back is wrong in all of them, or the marks are."""
+    doubted = replace(TOUCHING, status=Status.LOOP_IN_DOUBT, in_doubt=(LOOP.start, LOOP.stop))
+    by_marks = replace(TOUCHING, by_marks=True)
+    there = [by_marks if k == frame else doubted for k in range(3)]
+    opened = folded(np.linspace([100, 150], [300, 150], NODES), unresolved=None)
+    queue = queue_of(*there, replace(opened, status=Status.TRACKED))
+    queue.go_back(lambda opened, detections: iter([CROSSING] * 3))
+    *fold, _ = queue.finish()
+    assert [each.state.status for each in fold] == [Status.LOOP_IN_DOUBT] * 3
+    for each in fold:
+        assert np.isnan(each.midline.u_px[LOOP]).all()
+        assert np.isfinite(each.midline.u_px[[0, -1]]).all()
 
 
 @pytest.mark.parametrize("hidden", [(0, 5), (5, 0)])

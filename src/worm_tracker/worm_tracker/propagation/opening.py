@@ -4,13 +4,14 @@ The body was followed into the fold, and back from the frame that opens it: two 
 elsewhere and see the same picture.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 
 import numpy as np
 
 from worm_msgs_py.contract.status import Status
 from worm_tracker.observation import Observation
+from worm_tracker.propagation.contradictions import ContradictionSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,8 @@ class AgreementSettings:
     most_over_limits_more: float = 0.1
     """What a body may leave over that lies otherwise than one that explains the picture, too: so
     much of what may be, and no more than that other one but for what light and noise make of it."""
+    contradictions: ContradictionSettings = field(default_factory=ContradictionSettings)
+    """When they contradict each other."""
     least_seen: float = 0.5
     """Part of the body that must be seen by both for one to be known by the other."""
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from worm_msgs_py.contract.status import Status
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import PastDetection
+from worm_tracker.propagation.contradictions import in_doubt_where_contradicted
 from worm_tracker.propagation.opening import (
     AgreementSettings,
     body_of,
@@ -118,6 +119,7 @@ class _Passage:
                 return True
             if not self._enter_again():
                 self._tell_known()
+                self._doubt_contradicted()
                 return False
 
     def _enter_again(self) -> bool:
@@ -182,6 +184,28 @@ class _Passage:
                     continue
                 if tells_more(body, pending.observation):
                     self._change(pending, body)
+
+    def _doubt_contradicted(self) -> None:
+        """Put in doubt what frames, or both ways through the fold, tell otherwise."""
+        run = self._run
+        before = [run.entered] if run.entered else []
+        fold, otherwise = [*before, *run.frames, run.opened], dict[int, Observation]()
+        for k, pending in enumerate(fold):
+            said = [
+                each[pending.frame] for each in (self._there, self._back) if pending.frame in each
+            ]
+            ways = [way for way in said if way.shows_pose]
+            if len(ways) == 2:
+                otherwise[k] = ways[0] if pending.observation is ways[1] else ways[1]
+        told = in_doubt_where_contradicted(
+            [pending.stamp_ns for pending in fold],
+            [pending.observation for pending in fold],
+            otherwise,
+            self._agreement.contradictions,
+        )
+        for pending, observation in zip(run.frames, told[len(before) :], strict=False):
+            if observation is not pending.observation:
+                self._change(pending, observation)
 
     def _change(self, pending: PendingFrame, told: Observation) -> None:
         """Tell a frame; that may be taken back while the body that opened the run may be."""
