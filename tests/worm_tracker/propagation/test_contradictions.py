@@ -55,6 +55,21 @@ def test_a_loop_told_both_ways_is_in_doubt_in_all_frames_of_its_fold_whatever_th
         assert after.told_points[[0, -1]].all()
 
 
+def test_a_body_whose_ends_lie_side_by_side_is_not_told_otherwise_by_the_order_of_its_ends():
+    """Each is nearer to where the other was, a frame later."""
+    angle = np.linspace(0, 2 * np.pi, NODES)
+    towards = 0.7 * WIDTH * np.maximum(1 - np.arange(NODES) / 6, 0)
+    radius = (7 + np.linspace(0, 1, NODES)) * WIDTH
+    before, after = (
+        np.stack([r * np.cos(angle), r * np.sin(angle)], axis=1) + 200
+        for r in (radius, radius + towards - towards[::-1])
+    )
+    ends = after[[0, -1]] - before[[0, -1]], after[[-1, 0]] - before[[0, -1]]
+    assert abs(ends[1]).sum() < abs(ends[0]).sum()
+    for each in (folded(after), folded(after).reversed()):
+        assert told(folded(before), each)[1] is each
+
+
 def test_it_is_in_doubt_as_far_as_the_body_lies_folded():
     while_it_moves = [COIL] * 4
     ways = [CROSSING, COIL, TOUCHING]

@@ -68,21 +68,20 @@ def in_doubt_where_contradicted(
         What another way tells of some, by their place in that order.
     settings : ContradictionSettings
     """
-    shown = [k for k, each in enumerate(told) if each.has_midline]
-    in_order = dict[int, Observation]()
-    for k in shown:
-        in_order[k] = _with_ends_as(in_order[max(in_order)], told[k]) if in_order else told[k]
+    in_order = _in_one_order(told)
     doubts = dict[int, tuple[int, int]]()
-    poses = [k for k in shown if told[k].shows_pose]
+    poses = [k for k in in_order if told[k].shows_pose]
     for one, other in [*((k, k) for k in poses if k in otherwise), *pairwise(poses)]:
+        elapsed_s = 1e-9 * (stamps_ns[other] - stamps_ns[one])
+        if other > one and not 0 < elapsed_s <= settings.most_apart_s:
+            continue
         known = in_order[one]
         seen = in_order[other] if other > one else _with_ends_as(known, otherwise[one])
-        elapsed_s = 1e-9 * (stamps_ns[other] - stamps_ns[one])
-        is_asked = other == one or 0 < elapsed_s <= settings.most_apart_s
-        part = contradicted(known, seen, elapsed_s, settings) if is_asked else None
-        if part is not None:
-            for k, loop in _loops_about(in_order, one, other, part, settings):
-                doubts[k] = _both(doubts.get(k, loop), loop)
+        part = contradicted(known, seen, elapsed_s, settings)
+        if part is None or contradicted(known, seen.reversed(), elapsed_s, settings) is None:
+            continue  # with its ends side by side a body may be in either order
+        for k, loop in _loops_about(in_order, one, other, part, settings):
+            doubts[k] = _both(doubts.get(k, loop), loop)
     given = [
         each if k not in doubts else _doubted(each, doubts[k], in_order[k] is not each)
         for k, each in enumerate(told)
@@ -137,6 +136,23 @@ def _aside_widths(one: Observation, other: Observation, settings: ContradictionS
     end = _points_over(settings.end_widths, one)
     aside_px[:end] = aside_px[len(aside_px) - end :] = nan
     return aside_px / one.width
+
+
+def _in_one_order(told: Sequence[Observation]) -> dict[int, Observation]:
+    """Return the bodies that some frames tell, by their places, all in the order of the first."""
+    in_order = dict[int, Observation]()
+    last: int | None = None
+    for k, seen in enumerate(told):
+        if not seen.has_midline:
+            continue
+        if last is None:
+            in_order[k] = seen
+        elif seen.path_number and seen.path_number == told[last].path_number:
+            in_order[k] = seen if in_order[last] is told[last] else seen.reversed()
+        else:
+            in_order[k] = _with_ends_as(in_order[last], seen)
+        last = k
+    return in_order
 
 
 def _with_ends_as(before: Observation, seen: Observation) -> Observation:
