@@ -145,13 +145,18 @@ class Observation:
         return replace(self, path_number=number, followed=followed)
 
     def contradicts(self, other: "Observation") -> bool:
-        """Tell whether both explain a picture, but at most one is right to a width.
+        """Tell whether both explain a picture, but at most one is right to a width."""
+        explain = self.explains and other.explains
+        return explain and self.apart_px(other) > 2 * other.width
+
+    def apart_px(self, other: "Observation") -> float:
+        """Return how far apart two midlines of a picture are, in either order; 0 without both.
 
         By what both tell, if that is a quarter of the body or more: a loop in doubt may be passed
         as the other has it.
         """
-        if not (self.has_midline and other.has_midline and self.explains and other.explains):
-            return False
+        if not (self.has_midline and other.has_midline):
+            return 0.0
         away = np.inf
         for one in (self, self.reversed()):
             told = one.told_points & other.told_points
@@ -159,7 +164,7 @@ class Observation:
                 told = one.shown_points & other.shown_points
             apart = np.hypot(*(one.points[told] - other.points[told]).T)
             away = min(away, float(apart.max(initial=0.0)))
-        return away > 2 * other.width
+        return away
 
     def reversed(self) -> "Observation":
         """Return the observation with its midline the other way round."""

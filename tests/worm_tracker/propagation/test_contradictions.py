@@ -104,6 +104,18 @@ def test_a_frame_that_both_ways_tell_otherwise_puts_the_loop_in_doubt_in_all_of_
     assert told(CROSSING, CROSSING, otherwise={1: CROSSING}) == [CROSSING, CROSSING]
 
 
+def test_a_frame_of_which_a_loop_in_doubt_leaves_nothing_is_followed_only():
+    """Its ends meet, so that all of it is the loop."""
+    angle = np.linspace(0, 2 * np.pi, NODES)
+    ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * 5 * WIDTH + 200
+    aside = 2 * WIDTH * np.sin(2 * angle)[:, np.newaxis]
+    (after,) = told(folded(ring), otherwise={0: folded(ring + aside)})
+    assert after.status is Status.COILED
+    assert not after.has_midline
+    assert after.followed.points is ring
+    assert after.followed.in_doubt == (0, NODES)
+
+
 def test_a_frame_that_both_ways_tell_otherwise_but_for_a_loop_is_not_told():
     """An end of it lies elsewhere, say."""
     elsewhere = CROSSING.points.copy()

@@ -25,7 +25,7 @@ class ContradictionSettings:
 
     most_aside_widths: float = 1.0
     step_s: float = 0.04
-    """How far aside a body moves in so long, or less. Of 46 000 pairs of frames told right, in 74
+    """How far aside a body moves in so long, or less. Of 46 000 pairs of frames told right, in 55
     films, none was more than 0.84 widths aside; of worms that fold as fast as any, 0.93."""
     most_apart_s: float = 0.14
     """After longer times it may be anywhere."""
@@ -40,7 +40,7 @@ class ContradictionSettings:
     to two widths; a loop is longer."""
     most_between_ways_widths: float = 1.0
     """How far apart two ways may tell any point of a body in one frame, both for certain. Three
-    frames of 52 films were farther apart, and one of both was wrong in each."""
+    frames of 50 films were farther apart, and one of both was wrong in each."""
     most_gap_widths: float = 1.5
     most_slid_widths: float = 3.0
     """How near to each other the strands come between which a loop lies, and how far along the body
@@ -86,8 +86,8 @@ def in_doubt_where_contradicted(
         each if k not in doubts else _doubted(each, doubts[k], in_order[k] is not each)
         for k, each in enumerate(told)
     ]
-    for k in poses:
-        if k in otherwise and _are_apart(given[k], otherwise[k], settings):
+    for k, seen in otherwise.items():
+        if given[k].apart_px(seen) > settings.most_between_ways_widths * seen.width:
             given[k] = _untold(given[k])
     return given
 
@@ -191,7 +191,7 @@ def _loop(
     slid = min(_points_over(settings.most_slid_widths, body), (part[1] - part[0]) // 4)
     from_, last = max(part[0] - slid, 0), max(part[1] - 1 - slid, 0)
     strands = body.points[from_ : part[0] + slid + 1], body.points[last : part[1] + slid]
-    apart_px = np.hypot(*(strands[0][:, np.newaxis] - strands[1]).T)
+    apart_px = np.linalg.norm(strands[0][:, np.newaxis] - strands[1], axis=2)
     if apart_px.min() > settings.most_gap_widths * body.width:
         return None
     at_first, at_last = np.unravel_index(apart_px.argmin(), apart_px.shape)
@@ -201,15 +201,6 @@ def _loop(
 def _both(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
     """Return the part that holds two parts."""
     return min(one[0], other[0]), max(one[1], other[1])
-
-
-def _are_apart(one: Observation, other: Observation, settings: ContradictionSettings) -> bool:
-    """Tell whether what two ways tell of a frame is more than that apart, in either order."""
-    apart_px = min(
-        float(np.hypot(*(way.points - other.points)[way.told_points].T).max(initial=0.0))
-        for way in (one, one.reversed())
-    )
-    return apart_px > settings.most_between_ways_widths * one.width
 
 
 def _doubted(seen: Observation, part: tuple[int, int], is_reversed: bool) -> Observation:
