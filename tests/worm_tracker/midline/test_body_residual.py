@@ -140,7 +140,7 @@ def test_strands_that_lie_beside_each_other_at_a_hairpin_may_be_dark_or_not(
 def test_strands_are_drawn_where_the_renderer_has_them(arcs, width, heading):
     drawn = Drawn.of(arcs, width, heading)
     points, widths = drawn.claimed()
-    body, twice, _ = drawn_strands(drawn.mask.shape, points, widths, width, SETTINGS.drawing)
+    body, twice, *_ = drawn_strands(drawn.mask.shape, points, widths, width, SETTINGS.drawing)
     assert body[far_from(drawn.layers < 0.9, 1.0)].all()
     assert not body[far_from(drawn.layers > 0.1)].any()
     assert twice[far_from(drawn.layers < 1.9)].all()

@@ -27,7 +27,7 @@ def drawn(line, width, shape=SHAPE):
 @settings(max_examples=60)
 def test_a_straight_body_is_as_wide_as_it_is_wherever_it_lies(heading, width, u, v):
     way = np.exp(1j * heading)
-    body, twice, layered = drawn(u + 1j * v + way * np.linspace(0.0, 80.0, 60), width)
+    body, twice, layered, thrice = drawn(u + 1j * v + way * np.linspace(0.0, 80.0, 60), width)
     at = np.add.outer(1j * np.arange(SHAPE[0]), np.arange(SHAPE[1])) - (u + 1j * v)
     along, aside = (at * way.conjugate()).real, np.abs((at * way.conjugate()).imag)
     inside = (along > 0) & (along < 80) & (aside < width / 2)
@@ -36,6 +36,7 @@ def test_a_straight_body_is_as_wide_as_it_is_wherever_it_lies(heading, width, u,
     assert not body[outside].any()
     assert not twice.any()
     assert not layered.any()
+    assert not thrice.any()
 
 
 def test_a_body_that_crosses_itself_has_two_strands_there_alone():
@@ -49,7 +50,7 @@ def test_a_body_that_crosses_itself_has_two_strands_there_alone():
             bow[-1] + legs * 1j * np.exp(1j * turn[-1]),
         ]
     )
-    body, twice, _ = drawn(line, 8.0, (160, 200))
+    body, twice, *_ = drawn(line, 8.0, (160, 200))
     v, u = np.nonzero(twice)
     crossing = 80 + 1j * (60 - 30 * np.sqrt(2))
     assert twice.any()

@@ -224,7 +224,7 @@ def unexplained(seen: ObjectMasks, points: Floats, widths: Floats) -> Unexplaine
     """
     mask, dark, rim = seen.mask, seen.dark, seen.rim
     drawing = seen.settings.drawing
-    body, twice, layered = drawn_strands(mask.shape, points, widths, seen.width, drawing)
+    body, twice, layered, _ = drawn_strands(mask.shape, points, widths, seen.width, drawing)
     left_over = seen.beside_dirt(cv2.bitwise_and(mask, cv2.bitwise_not(_grown(body, rim))))
     wanted: Image = left_over
     in_water = cv2.bitwise_and(body, seen.beyond)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numba import types
+from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask, Picture
 from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
@@ -53,8 +54,10 @@ class Covers:
 
     Attributes
     ----------
-    middle, either : ndarray of bool, shape (n,)
-        On the path itself: surely, and perhaps (its edge is near).
+    layers : ndarray of uint8, shape (n,)
+        How many surely lie over the path itself.
+    either : ndarray of bool, shape (n,)
+        Where one lies over it perhaps: its edge is near.
     inside, outside : ndarray of bool, shape (n, 2)
         Just within and just beyond the body's edge, on the left and on the right.
     level, level_sd : float
@@ -63,7 +66,7 @@ class Covers:
         What a part adds to the signal of one that it lies on, over its own; 0 where nothing.
     """
 
-    middle: Mask
+    layers: NDArray[np.uint8]
     either: Mask
     inside: Mask
     outside: Mask
@@ -71,11 +74,16 @@ class Covers:
     level_sd: float
     darkening: float
 
+    @property
+    def middle(self) -> Mask:
+        """Where one surely lies over the path itself, shape (n,)."""
+        return self.layers > 0
+
     @classmethod
     def none(cls, n: int) -> "Covers":
         """Return that no part lies over another."""
         line, sides = np.zeros(n, np.bool_), np.zeros((n, 2), np.bool_)
-        return cls(line, line, sides, sides, 0.0, 0.0, 0.0)
+        return cls(np.zeros(n, np.uint8), line, sides, sides, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -117,12 +117,15 @@ def _expected_signal(
 ) -> Floats32:
     """Return the signal of a body over its level, drawn with some widths.
 
-    It is darker where it lies on itself, and, where that is said, beside itself at a hairpin.
+    It is darker where it lies on itself, and, where that is said, beside itself at a hairpin. Each
+    strand lets the same part of the light through: a third adds as much of what the second adds as
+    that adds of the first.
     """
     line = as_points(body.curve - corner)
-    drawn, twice, layered = drawn_strands(shape, line, widths, body.width, settings.drawing)
-    dark = twice if is_dark_beside else layered
-    sharp = (drawn + np.float32(body.darkening) * dark) * np.float32(1 / 255)
+    drawn = drawn_strands(shape, line, widths, body.width, settings.drawing)
+    dark = drawn.twice if is_dark_beside else drawn.layered
+    second, third = np.float32(body.darkening), np.float32(body.darkening**2)
+    sharp = (drawn.body + second * dark + third * drawn.thrice) * np.float32(1 / 255)
     blurred = cv2.GaussianBlur(sharp, (0, 0), settings.blur_widths * body.width)
     return np.asarray(blurred, np.float32)
 

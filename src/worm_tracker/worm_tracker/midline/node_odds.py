@@ -1,7 +1,8 @@
 """What each node of a path says for the body being there, and for an end of it being there.
 
 In clear water a body is dark and none is bright. Over another part it is darker than that part
-alone, or, where overlaps are no darker, nothing can be told.
+alone, or, where overlaps are no darker, nothing can be told. Each part lets the same part of the
+light through, so that a third adds as much of what the second adds as that adds of the first.
 """
 
 from dataclasses import dataclass
@@ -50,11 +51,13 @@ def node_log_odds(spine: Floats32, along: ExpectedAtNodes, level_sd_relative: fl
         How far the body's darkness scatters, relative to itself.
     """
     covers = along.covers
-    without = np.where(covers.middle, covers.level, 0.0)
-    with_it = np.where(covers.middle, covers.level + covers.darkening * along.level, along.level)
+    below = np.arange(int(covers.layers.max(initial=0)) + 1)
+    of_layers = np.append(0.0, np.cumsum(covers.darkening**below))[covers.layers]
+    without = covers.level * of_layers
+    adds = covers.darkening ** covers.layers.astype(np.float64) * along.level
     sd = level_sd_relative * along.level
     sd = np.where(covers.middle, np.hypot(sd, covers.level_sd), sd)
-    odds = (spine - (with_it + without) / 2) * (with_it - without) / np.maximum(sd, 1.0) ** 2
+    odds = (spine - without - adds / 2) * adds / np.maximum(sd, 1.0) ** 2
     border = covers.either & ~covers.middle
     return np.where(border & (odds > 0), 0.0, odds)
 

@@ -42,8 +42,8 @@ from worm_tracker.midline.path import (
 from worm_tracker.midline.path_shift import PathShiftSettings, moved_to_middle
 from worm_tracker.midline.self_cover import (
     SelfCoverSettings,
-    covered_by_others,
     lies_near_itself,
+    parts_over,
 )
 from worm_tracker.midline.sharp_bends import SharpBendSettings, bends_at_edges
 
@@ -179,10 +179,11 @@ def _expected_body(view: _View, extended: _Extended) -> _Along:
     _fill_beside(curve, 1j * tangents(curve), half, blur, at)
     margins = blur * np.array([-2.0, 2.0, 0.0, 0.0, 0.0, 0.0])
     extent = slice(max(round(first), 0), max(round(last), 0) + 1)
-    covered = covered_by_others(at, curve, half, extent, step, margins, settings.cover)
+    over = parts_over(at, curve, half, extent, step, margins, settings.cover)
+    covered = over > 0
     covered[:, [3, 5]] |= _within_bend(curve, body.width, step, settings)
     covers = Covers(
-        middle=covered[:, 0],
+        layers=over[:, 0],
         either=covered[:, 1],
         inside=covered[:, [2, 4]],
         outside=covered[:, [3, 5]],

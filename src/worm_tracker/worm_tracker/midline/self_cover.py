@@ -23,11 +23,13 @@ class SelfCoverSettings:
     least_way_between_parts_widths: float = 1.5
     """Distance along the body from which on two points are of different parts: the two sides of the
     tightest bend are hardly farther apart."""
+    least_way_between_layers_widths: float = 5.0
+    """The same for two that lie on each other: the sides of a hairpin lie beside each other."""
     nodes_per_disc: int = 2
     """Nodes of a path for each disc that stands for a piece of the body."""
 
 
-def covered_by_others(
+def parts_over(
     at: Complex,
     path: Complex,
     half: Floats,
@@ -35,8 +37,8 @@ def covered_by_others(
     step: float,
     margin_px: float | Floats,
     settings: SelfCoverSettings,
-) -> Mask:
-    """Tell which points beside a path lie under another part of the body.
+) -> NDArray[np.uint8]:
+    """Return how many other parts of the body lie over points beside a path.
 
     Parameters
     ----------
@@ -56,18 +58,32 @@ def covered_by_others(
 
     Returns
     -------
-    ndarray of bool, shape (n, m)
+    ndarray of uint8, shape (n, m)
     """
     first, last, _ = body.indices(len(path))
     parts = np.arange(first, last, settings.nodes_per_disc)
     width = 2 * median_of(half[first:last]) if last > first else 0.0
     apart = settings.least_way_between_parts_widths * width / max(step, 1e-9)
+    layers_apart = settings.least_way_between_layers_widths * width / max(step, 1e-9)
     margins = np.broadcast_to(margin_px, at.shape[1:])
     radius2 = np.maximum(half[parts, None] + margins, 0.0).astype(np.float32) ** 2
-    covered = np.zeros(at.shape, np.bool_)
+    over = np.zeros(at.shape, np.uint8)
     if radius2.size:
-        _cover(at, path, parts, radius2, apart, float(np.sqrt(radius2.max())), covered)
-    return covered
+        _cover(at, path, parts, radius2, apart, layers_apart, float(np.sqrt(radius2.max())), over)
+    return over
+
+
+def covered_by_others(
+    at: Complex,
+    path: Complex,
+    half: Floats,
+    body: slice,
+    step: float,
+    margin_px: float | Floats,
+    settings: SelfCoverSettings,
+) -> Mask:
+    """Tell which points beside a path lie under another part of the body, as `parts_over` does."""
+    return parts_over(at, path, half, body, step, margin_px, settings) > 0
 
 
 @compiled
@@ -87,7 +103,8 @@ def _farthest(points: Complex, place: complex) -> float:
     array_read(types.float32, 2),
     types.float64,
     types.float64,
-    array_written(types.boolean, 2),
+    types.float64,
+    array_written(types.uint8, 2),
 )
 def _cover(
     at: Complex,
@@ -95,10 +112,11 @@ def _cover(
     parts: NDArray[np.intp],
     radius2: Floats32,
     apart: float,
+    layers_apart: float,
     most_radius: float,
-    covered: Mask,
+    over: NDArray[np.uint8],
 ) -> None:
-    """Mark the points that lie in a disc about a node of another part.
+    """Count for each point the parts of which it lies in a disc about one of their nodes.
 
     Most nodes and discs are far apart: only what is left is looked at closely. No two discs that
     follow on each other are farther apart than the longest way between two of them: where one is
@@ -107,7 +125,9 @@ def _cover(
     longest = 1e-9
     for disc in range(1, len(parts)):
         longest = max(longest, abs(path[parts[disc]] - path[parts[disc - 1]]))
+    last = np.empty(at.shape[1])
     for node in range(len(path)):
+        last[:] = -np.inf
         far, disc = _farthest(at[node], path[node]) + most_radius + 1.0, 0
         while disc < len(parts):
             middle = path[parts[disc]]
@@ -120,7 +140,8 @@ def _cover(
                 for k in range(at.shape[1]):
                     du, dv = at[node, k].real - middle.real, at[node, k].imag - middle.imag
                     if du * du + dv * dv < radius2[disc, k]:
-                        covered[node, k] = True
+                        over[node, k] += parts[disc] - last[k] > layers_apart
+                        last[k] = parts[disc]
             disc += 1
 
 

@@ -1,4 +1,4 @@
-"""Draws a body that may lie on itself: where it is, where two strands are, and on each other."""
+"""Draws a body that may lie on itself: where it is, and where strands of it lie on each other."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -32,17 +32,38 @@ class StrandDrawingSettings:
     """Turn between two points of a midline from which on it is drawn with a round joint."""
 
 
+class DrawnStrands(NamedTuple):
+    """Where a body is, and how many of its strands; each a picture of 0 or 255.
+
+    Near a hairpin two strands lie beside each other rather than on each other, however tight it is
+    drawn: a body is as high as it is wide. Such a place may be dark or not.
+
+    Attributes
+    ----------
+    body : ndarray of uint8, shape (h, w)
+        Where it is.
+    twice : ndarray of uint8, shape (h, w)
+        Where two strands of it are.
+    layered : ndarray of uint8, shape (h, w)
+        Where they lie on each other, and not beside each other at a hairpin.
+    thrice : ndarray of uint8, shape (h, w)
+        Where three do.
+    """
+
+    body: Picture
+    twice: Picture
+    layered: Picture
+    thrice: Picture
+
+
 def drawn_strands(
     shape: tuple[int, ...],
     points: Floats,
     widths: Floats,
     width: float,
     settings: StrandDrawingSettings,
-) -> tuple[Picture, Picture, Picture]:
-    """Draw a body; return where it is, where two strands of it are, and on each other; 0 or 255.
-
-    Near a hairpin two strands lie beside each other rather than on each other, however tight it is
-    drawn: a body is as high as it is wide. Such a place may be dark or not.
+) -> DrawnStrands:
+    """Draw a body and where strands of it lie on each other.
 
     Parameters
     ----------
@@ -69,7 +90,7 @@ def drawn_body(
 ) -> Picture:
     """Draw a body, as `drawn_strands` does, and return where it is; 0 or 255."""
     one = np.array([0, len(line) - 1])
-    return _drawn_in_pieces(shape, line, widths, one, np.zeros(2, np.intp), settings)[0]
+    return _drawn_in_pieces(shape, line, widths, one, np.zeros(2, np.intp), settings).body
 
 
 def _drawn_in_pieces(
@@ -79,11 +100,12 @@ def _drawn_in_pieces(
     cuts: NDArray[np.intp],
     beside: NDArray[np.intp],
     settings: StrandDrawingSettings,
-) -> tuple[Picture, Picture, Picture]:
+) -> DrawnStrands:
     """Draw a body that is cut into pieces, each with how many of the first lie not beside it."""
-    body, twice, layered = np.zeros((3, *shape), np.uint8)
-    _draw(line, widths, settings.kink_rad, cuts, beside, body, twice, layered)
-    return np.asarray((body > 0).view(np.uint8) * 255, np.uint8), twice, layered
+    number, twice, layered, thrice = np.zeros((4, *shape), np.uint8)
+    _draw(line, widths, settings.kink_rad, cuts, beside, number, twice, layered, thrice)
+    body = np.asarray((number > 0).view(np.uint8) * 255, np.uint8)
+    return DrawnStrands(body, twice, layered, thrice)
 
 
 @compiled
@@ -137,6 +159,7 @@ class _Drawing(NamedTuple):
     number: Picture
     twice: Picture
     layered: Picture
+    thrice: Picture
 
 
 @compiled
@@ -157,6 +180,7 @@ def _mark(
     if 1 <= last <= piece:
         drawing.twice[v, u] = 255
     if 1 <= last <= beside:
+        drawing.thrice[v, u] = drawing.layered[v, u]
         drawing.layered[v, u] = 255
     drawing.number[v, u] = piece + 2
 
@@ -266,6 +290,7 @@ def _flanks(line: Complex, widths: Floats, kink_rad: float) -> tuple[Complex, Co
     array_written(types.uint8, 2),
     array_written(types.uint8, 2),
     array_written(types.uint8, 2),
+    array_written(types.uint8, 2),
 )
 def _draw(
     line: Complex,
@@ -276,9 +301,10 @@ def _draw(
     number: Picture,
     twice: Picture,
     layered: Picture,
+    thrice: Picture,
 ) -> None:
     """Draw a body piece by piece, each of quadrilaterals from node to node, and discs at kinks."""
-    drawing = _Drawing(number, twice, layered)
+    drawing = _Drawing(number, twice, layered, thrice)
     left, right, joint = _flanks(line, widths, kink_rad)
     corners_u, corners_v = np.empty(4), np.empty(4)
     for piece in range(len(cuts) - 1):
