@@ -10,6 +10,7 @@ from pathlib import Path
 import lz4.frame
 import pytest
 import zstandard
+from forked_commands import worm
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.writer import CompressionType
@@ -51,17 +52,6 @@ def survey(path):
     for found in scan_bag(path):
         result.take(found)
     return result
-
-
-def worm(*arguments, **kwargs):
-    return subprocess.run(
-        [sys.executable, "-c", "from worm_bringup.cli import main; main()", *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-        **kwargs,
-    )
 
 
 @pytest.mark.parametrize("compression", COMPRESSIONS)

@@ -1,12 +1,11 @@
 """What a command writes never is, holds, or lies in something else that it writes or reads."""
 
 import os
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import pytest
+from forked_commands import worm
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from picture_bags import storage_file, write_bag
@@ -77,16 +76,6 @@ def test_a_link_in_the_bag_is_followed(tmp_path):
     (tmp_path / "bag" / "bag_0.mcap").symlink_to(tmp_path / "trial" / "bag" / "bag.mcap")
     with pytest.raises(BadInput, match=r"--out .*trial: holds the bag"):
         check_apart({"--out": tmp_path / "trial"}, {"the bag": tmp_path / "bag"})
-
-
-def worm(*args, cwd):
-    return subprocess.run(
-        [Path(sys.executable).with_name("worm"), *map(str, args)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=cwd,
-    )
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,11 @@
 """A disk that is full, read-only or mounted in the way: one line, nothing lost, nothing left."""
 
 import subprocess
-import sys
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from forked_commands import worm
 from result_files import files_in, result_text, write_result
 
 from worm_bringup.outputs.output_rules import check_apart
@@ -43,15 +43,6 @@ def disk(tmp_path, unmounted):
 def fill(disk, leave_kb):
     """Take the room of a disk, but for a little."""
     (disk / "full").write_bytes(bytes((1024 - leave_kb) * 1024))
-
-
-def worm(*args):
-    return subprocess.run(
-        [Path(sys.executable).with_name("worm"), *map(str, args)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
 
 
 def check_one_line(done, *words):

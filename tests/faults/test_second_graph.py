@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from forked_commands import worm
 from picture_bags import write_bag
 
 from worm_msgs_py.errors import BadInput
@@ -42,8 +43,8 @@ def until_somebody_holds(domain, node):
 
 def test_of_two_graphs_the_second_is_refused_and_the_first_is_as_if_alone(tmp_path, environment):
     bag = write_bag(tmp_path / "bag", 12)
-    replay = [WORM, "replay", bag, "--no-chamber"]
-    visible = [*replay, "--visible", "--start-paused"]
+    replay = ["replay", bag, "--no-chamber"]
+    visible = [WORM, *replay, "--visible", "--start-paused"]
     with subprocess.Popen([*visible, "--out", tmp_path / "first"], env=environment) as first:
         try:
             until_somebody_holds(int(environment["ROS_DOMAIN_ID"]), "/image_source")
@@ -66,7 +67,7 @@ def test_of_two_graphs_the_second_is_refused_and_the_first_is_as_if_alone(tmp_pa
     assert "ROS_DOMAIN_ID=" in line
     assert "Traceback" not in second.stderr
     assert not (tmp_path / "second").exists()
-    alone = subprocess.run([*replay, "--out", tmp_path / "alone"], env=environment, check=False)
+    alone = worm(*replay, "--out", tmp_path / "alone", env=environment)
     assert alone.returncode == NO_POSES
     for name in (
         "tracks.parquet",

@@ -5,6 +5,7 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 
+from forked_commands import worm
 from mjpeg_server import number_in
 from result_files import TABLES
 
@@ -42,7 +43,7 @@ def tables(out):
 def test_two_replays_at_once_give_what_each_gives_alone(tmp_path, environment):
     replays = {1: (BAGS / "larva", "2"), 2: (BAGS / "trial", "3")}
     commands = {
-        rig: [*WORM, "replay", bag, "--playback-duration", seconds, "--namespace", f"/rig{rig}"]
+        rig: ["replay", str(bag), "--playback-duration", seconds, "--namespace", f"/rig{rig}"]
         for rig, (bag, seconds) in replays.items()
     }
     at_once = ["--visible", "--start-paused"]
@@ -50,7 +51,8 @@ def test_two_replays_at_once_give_what_each_gives_alone(tmp_path, environment):
         graphs = [
             stack.enter_context(
                 subprocess.Popen(
-                    [*map(str, command), *at_once, "--out", tmp_path / f"rig{rig}"], env=environment
+                    [*WORM, *map(str, command), *at_once, "--out", tmp_path / f"rig{rig}"],
+                    env=environment,
                 )
             )
             for rig, command in commands.items()
@@ -61,7 +63,7 @@ def test_two_replays_at_once_give_what_each_gives_alone(tmp_path, environment):
         assert [graph.wait() for graph in graphs] == [0, 0]
     for rig, command in commands.items():
         alone = tmp_path / f"alone{rig}"
-        subprocess.run([*map(str, command), "--out", alone], env=environment, check=True)
+        worm(*command, "--out", alone, env=environment).check_returncode()
         assert tables(tmp_path / f"rig{rig}") == tables(alone)
 
 

@@ -1,12 +1,9 @@
 """Bad input as a user meets it: one line with file, cause and remedy; status 2; no output."""
 
-import subprocess
-import sys
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
+from forked_commands import worm
 from picture_bags import image, stamps, write_bag, write_messages
 from result_files import result_text, write_result
 from typer.testing import CliRunner
@@ -84,12 +81,7 @@ CASES = [
 
 
 def replay(bag, out, *options):
-    return subprocess.run(
-        [Path(sys.executable).with_name("worm"), "replay", bag, "--out", out, *options],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    return worm("replay", bag, "--out", out, *options)
 
 
 def check(done, out, words):

@@ -2,8 +2,6 @@
 
 import itertools
 import re
-import subprocess
-import sys
 import threading
 from contextlib import contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -13,6 +11,7 @@ import cv2
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from forked_commands import worm
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage
 
@@ -58,25 +57,21 @@ def camera_of(bag, frames):
         server.server_close()
 
 
-def worm(*args, status=0):
-    done = subprocess.run(
-        [Path(sys.executable).with_name("worm"), *map(str, args)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+def said_by(*words, status=0):
+    """Run the command, and return what it prints."""
+    done = worm(*words)
     assert done.returncode == status, done.stderr
     return done.stdout
 
 
 def test_a_replay_of_what_was_recorded_live_gives_the_same_tracks(tmp_path):
     with camera_of(BAGS / "larva", FRAMES) as address:
-        said = worm(
+        said = said_by(
             "live", "--camera", address, "--reconnect-s", "0", "--private",
             "--out", tmp_path / "live", "--record", tmp_path / "record",
             status=1,  # the camera was lost at the end
         )  # fmt: skip
-    worm("replay", tmp_path / "record", "--out", tmp_path / "again")
+    said_by("replay", tmp_path / "record", "--out", tmp_path / "again")
     tables = ("tracks.parquet", "contacts.parquet", "passages.parquet", "sums.parquet")
     for name in tables:
         live, again = ((tmp_path / run / name).read_bytes() for run in ("live", "again"))
@@ -95,7 +90,7 @@ def test_a_replay_of_what_was_recorded_live_gives_the_same_tracks(tmp_path):
 def test_a_live_trial_that_records_nothing_opens_its_report_with_a_picture_too(tmp_path):
     out = tmp_path / "out"
     with camera_of(BAGS / "larva", FRAMES) as address:
-        worm(
+        said_by(
             "live", "--camera", address, "--reconnect-s", "0", "--private", "--out", out,
             status=1,  # the camera was lost at the end
         )  # fmt: skip

@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from forked_commands import worm
 
 from worm_bringup import simulated_camera
 from worm_bringup.simulated_camera import FRAMES_PER_S, SimulatedCapture
@@ -61,8 +62,7 @@ def test_a_live_trial_of_it_can_be_replayed(tmp_path):
         assert process.wait(120) == 0, process.stderr.read().decode()
     tracks = pq.read_table(tmp_path / "live" / "tracks.parquet").to_pydict()
     assert "tracked" in tracks["status"]
-    replay = [*WORM, "replay", "bag", "--out", "again"]
-    subprocess.run(replay, cwd=tmp_path, check=True, capture_output=True)
+    worm("replay", "bag", "--out", "again", cwd=tmp_path).check_returncode()
     again = pq.read_table(tmp_path / "again" / "tracks.parquet").to_pydict()
     assert again["stamp_ns"] == tracks["stamp_ns"]
     assert again["head_u_px"] == tracks["head_u_px"]

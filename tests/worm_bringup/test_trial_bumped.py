@@ -1,11 +1,9 @@
 """A trial whose camera is bumped says so in its summary, and until when the old rig held."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
+from forked_commands import worm
 
 from worm_model.simulator.film import write_film
 from worm_model.simulator.scenes import Take, bumped, bumped_camera
@@ -14,12 +12,7 @@ from worm_model.simulator.scenes import Take, bumped, bumped_camera
 def test_a_summary_tells_each_geometry_and_from_when_it_held(tmp_path):
     take = Take(px_per_mm=16.0, frames=24)
     write_film(tmp_path / "film", bumped_camera(take))
-    subprocess.run(
-        [Path(sys.executable).with_name("worm"), "replay", "film", "--out", "out"],
-        cwd=tmp_path,
-        check=True,
-        capture_output=True,
-    )
+    worm("replay", "film", "--out", "out", cwd=tmp_path).check_returncode()
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     (earlier,) = summary["earlier_geometries"]
     assert (earlier["version"], earlier["stamp_ns"]) == (1, 0)

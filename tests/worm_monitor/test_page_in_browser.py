@@ -14,6 +14,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from browser_tab import NEEDS_CHROMIUM, WINDOWS, WORM, Tab, page_of, running_chromium
+from forked_commands import worm
 
 from worm_tracker.sources.bags.bag_reader import BagPictures
 
@@ -44,8 +45,7 @@ def chromium():
 def unwatched(tmp_path_factory):
     """The results of the same replay that nobody watched."""
     out = tmp_path_factory.mktemp("unwatched") / "out"
-    words = [str(word) for word in replay_to(out)]
-    done = subprocess.run([*WORM, *words], capture_output=True, text=True, check=False)
+    done = worm(*replay_to(out))
     assert done.returncode == 0, done.stderr
     return out
 

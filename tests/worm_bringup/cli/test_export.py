@@ -1,14 +1,12 @@
 """`worm export --to mp4`: frame n of the film shows frame n of the tracks, or says why not."""
 
 import shutil
-import subprocess
-import sys
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from forked_commands import worm
 from picture_bags import compressed, write_bag
 
 from worm_model.simulator.film import write_film
@@ -17,11 +15,6 @@ from worm_msgs_py.colours import HEAD_COLOUR
 
 FRAMES = 24
 pytestmark = pytest.mark.xdist_group("export")
-
-
-def worm(*args):
-    command = [Path(sys.executable).with_name("worm"), *map(str, args)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 @pytest.fixture(scope="module")

@@ -2,12 +2,11 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from forked_commands import worm
 from other_reader import messages_by_topic
 
 from worm_bringup.overlay.foxglove_server import SERVED
@@ -24,10 +23,8 @@ pytestmark = pytest.mark.xdist_group("layouts")
 def found(tmp_path_factory):
     """All messages of a result of the example bag, by topic."""
     out = tmp_path_factory.mktemp("layouts") / "out"
-    worm = Path(sys.executable).with_name("worm")
     options = ["--with-pictures", "--playback-duration", "12"]
-    command = [worm, "replay", ROOT / "bags/larva", "--out", out, *options]
-    subprocess.run(list(map(str, command)), check=True, capture_output=True)
+    worm("replay", ROOT / "bags/larva", "--out", out, *options).check_returncode()
     return messages_by_topic(out)
 
 

@@ -3,14 +3,12 @@
 Nothing but camera_info and tf takes metres to pixels here, and the truth is the simulator's.
 """
 
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from forked_commands import worm
 from other_reader import View, cloud, distances_px, messages_by_topic, picture, stamp_ns
 from picture_bags import image, write_messages
 
@@ -25,9 +23,7 @@ MM = 1e-3
 
 
 def replay(bag, out, *options):
-    worm = Path(sys.executable).with_name("worm")
-    args = [worm, "replay", bag, "--out", out, *options]
-    subprocess.run(list(map(str, args)), check=True, capture_output=True)
+    worm("replay", bag, "--out", out, *options).check_returncode()
 
 
 def mirrored(film):

@@ -3,13 +3,13 @@
 import json
 import shlex
 import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from browser_tab import NEEDS_CHROMIUM, WINDOWS, WORM, Tab, page_of, running_chromium
+from browser_tab import NEEDS_CHROMIUM, WINDOWS, Tab, page_of, running_chromium
+from forked_commands import worm
 
 pytestmark = NEEDS_CHROMIUM
 BAG = Path(__file__).parents[3] / "bags" / "trial"
@@ -18,15 +18,15 @@ FRAMES = 120
 TABLES = ("tracks.parquet", "contacts.parquet", "passages.parquet", "summary.json")
 
 
-def worm(*words):
-    done = subprocess.run([*WORM, *map(str, words)], capture_output=True, text=True, check=False)
+def run(*words):
+    done = worm(*words)
     assert done.returncode == 0, done.stderr
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     out = tmp_path_factory.mktemp("reviewed") / "out"
-    worm("replay", BAG, "--out", out, "--playback-duration", PLAYED_S)
+    run("replay", BAG, "--out", out, "--playback-duration", PLAYED_S)
     return out
 
 
@@ -204,10 +204,10 @@ def test_the_command_of_the_page_replays_the_trial_corrected_the_same_twice(corr
     command = shlex.split(corrected["command"])
     assert command[:2] == ["worm", "replay"]
     out = Path(command[command.index("--out") + 1])
-    worm(*command[1:])
+    run(*command[1:])
     once = {name: (out / name).read_bytes() for name in TABLES}
     shutil.rmtree(out)
-    worm(*command[1:])
+    run(*command[1:])
     assert {name: (out / name).read_bytes() for name in TABLES} == once
     told = json.loads(once["summary.json"])["corrections"]
     assert told["frames_swapped"] == last - first + 1
