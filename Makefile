@@ -28,7 +28,7 @@ demo: $(READY) ## replay the example trial, pool it with twelve others, and writ
 	@$(BIN)/worm report $(OUT)/trial bags/pool/trial_* --out $(OUT)/pooled
 
 test: $(READY) ## all tests; TESTS="tests/worm_analysis" runs some
-	@$(BIN)/python -m pytest -n auto --dist loadgroup $(TESTS)
+	@$(BIN)/python -m pytest -n auto --dist loadgroup --no-loadscope-reorder $(TESTS)
 
 lint: $(READY) ## formatting, style, types
 	@$(BIN)/ruff format --check .
