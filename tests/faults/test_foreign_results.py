@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from functools import cache
 
 import numpy as np
 import pyarrow as pa
@@ -11,7 +12,9 @@ import pytest
 from report_trial import record, states, telegraph_walk
 
 from worm_analysis.report import write_report
-from worm_analysis.results import read_results
+from worm_analysis.results import read_results, results
+from worm_analysis.results.parquet_table import read_table
+from worm_analysis.results.sums import read_sums
 from worm_msgs_py.errors import ReportError
 
 MARKUP = "<script>alert(1)</script>"
@@ -69,7 +72,15 @@ def changed(summary, path, value):
     return document
 
 
-def test_whatever_stands_in_a_summary_it_is_read_or_refused_in_one_line(trial):
+@pytest.fixture
+def tables_read_once(monkeypatch):
+    """Let what no test changes, the tables beside a summary, be read once and not 2700 times."""
+    monkeypatch.setattr(results, "read_sums", cache(read_sums))
+    once = cache(read_table)
+    monkeypatch.setattr(results, "read_table", lambda path, names: once(path, tuple(names)))
+
+
+def test_whatever_stands_in_a_summary_it_is_read_or_refused_in_one_line(trial, tables_read_once):
     summary = summary_of(trial)
     ways = list(places(summary))
     assert len(ways) > 150
