@@ -11,6 +11,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from forked_commands import worm
 from mjpeg_server import mjpeg_server
 from result_files import TABLES
 
@@ -283,8 +284,7 @@ def test_finished_data_outlive_the_report(tmp_path, signals, word, report_s, exp
     assert status == expected
     assert f"the results are whole and kept in {out}" in line
     assert files_of(out) == {*DATA, PICTURE}
-    again = subprocess.run([WORM, "report", out], capture_output=True, check=False)
-    assert again.returncode == 0
+    worm("report", out).check_returncode()
     assert files_of(out) == {*DATA, *DRAWN, PICTURE}
 
 

@@ -90,7 +90,7 @@ def test_two_cameras_at_once_film_each_its_own(tmp_path, environment):
         assert len(numbers) > 100
         assert set(numbers) <= set(range(first, first + 400))
         again = tmp_path / f"again{rig}"
-        replay = [*WORM, "replay", tmp_path / f"record{rig}", "--no-chamber", "--out", again]
-        subprocess.run(replay, env=environment, check=False)
+        replay = ["replay", tmp_path / f"record{rig}", "--no-chamber", "--out", again]
+        worm(*replay, env=environment)
         found, expected = tables(tmp_path / f"out{rig}"), tables(again)
         assert {name: found[name] for name in TABLES} == {name: expected[name] for name in TABLES}

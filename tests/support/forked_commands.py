@@ -20,6 +20,7 @@ PROCESSES.set_forkserver_preload(
         "worm_bringup.cli.app",
         *(NODES[node] for node in ("replay", "camera", "tracker", "analysis", "model", "recorder")),
         "worm_analysis.report.panels",
+        "matplotlib.backends.backend_pdf",
     ]
 )
 
