@@ -28,7 +28,7 @@ def pytest_collection_modifyitems(items):
 
     Long modules come first: workers that begin with them end together.
     """
-    items.sort(key=lambda item: any(folder in item.path.parts for folder in SHORT))
+    items.sort(key=lambda item: any(f"{folder}/" in item.location[0] for folder in SHORT))
     for item in items:
         if item.get_closest_marker("xdist_group") is None:
             item.add_marker(pytest.mark.xdist_group(item.location[0]))

@@ -94,17 +94,17 @@ def test_names_from_outside_are_text_not_markup(whole, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "trial",
+    "trial_of",
     [
-        pytest.param([], id="no frame"),
-        pytest.param(states()[:1], id="one frame"),
-        pytest.param([lost(frame) for frame in range(300)], id="never tracked"),
-        pytest.param(states()[:40], id="three seconds"),
+        pytest.param(list, id="no frame"),
+        pytest.param(lambda: states()[:1], id="one frame"),
+        pytest.param(lambda: [lost(frame) for frame in range(300)], id="never tracked"),
+        pytest.param(lambda: states()[:40], id="three seconds"),
     ],
 )
 @pytest.mark.parametrize("chamber", [True, False])
-def test_too_little_data_gives_reasons_instead_of_plots(tmp_path, trial, chamber):
-    trial = trial if chamber else without_chamber(trial)
+def test_too_little_data_gives_reasons_instead_of_plots(tmp_path, trial_of, chamber):
+    trial = trial_of() if chamber else without_chamber(trial_of())
     page = report_of(record(tmp_path / "trial", trial, chamber=chamber))
     for key in ["fig-3", "fig-7a", *(PAPER if len(trial) < 2 else [])]:
         panel = figure(page, key)

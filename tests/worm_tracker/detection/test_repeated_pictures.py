@@ -105,8 +105,11 @@ def folding_film(frames):
     return [frame.picture for frame, _ in film_worm(rig_for(look, seed=4003), worm, look)]
 
 
-@pytest.mark.parametrize("pictures", [crawling_film(60), folding_film(100)], ids=["open", "fold"])
-def test_all_but_the_repeats_are_told_as_without_them(pictures):
+@pytest.mark.parametrize(
+    ("film_of", "frames"), [(crawling_film, 60), (folding_film, 100)], ids=["open", "fold"]
+)
+def test_all_but_the_repeats_are_told_as_without_them(film_of, frames):
+    pictures = film_of(frames)
     shown = [k - (k % 5 == 4) for k in range(len(pictures))]
     stamps = np.arange(len(pictures)) * FRAME_NS
     tracker, states = told([pictures[k] for k in shown], stamps)
