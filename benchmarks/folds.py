@@ -157,38 +157,45 @@ def _largest(values: NDArray[np.float64]) -> float:
 def _largest_of_parts(given: NDArray[np.float64], true: NDArray[np.float64]) -> float:
     """Return the largest distance of what is told of a midline, NaN elsewhere, from the true one.
 
-    Each part in order along the true part between where it comes nearest to the part's ends, which
-    is sought no farther along it than an eighth of the length from where the ends are.
+    Each part against the true stretch that it follows best, whose ends are no farther along the
+    true midline than an eighth of its length from where the part's ends are.
     """
     told = np.isfinite(given).all(axis=1)
     edges = np.flatnonzero(np.diff(np.r_[False, told, False]))
-    even = _even(true)
+    even, scale = _even(true), (POINTS - 1) / (len(given) - 1)
     away = []
     for first, behind in edges.reshape(-1, 2):
-        part = given[first:behind]
-        ends = [
-            _nearest(even, point, at / (len(given) - 1))
-            for point, at in ((part[0], first), (part[-1], behind - 1))
-        ]
-        along = even[min(ends) : max(ends) + 1]
-        if len(part) > 1 and len(along) > 1:
-            away.append(frechet_px(_even(part), _even(along)))
-        else:
-            away.append(float(np.hypot(*(part[:, np.newaxis] - along).reshape(-1, 2).T).max()))
+        count = round((behind - 1 - first) * scale) + 1
+        part = _even(given[first:behind], count) if behind - first > 1 else given[first:behind]
+        away.append(_frechet_of_part_px(part, even, (first * scale, (behind - 1) * scale)))
     return _largest(np.array(away))
 
 
-def _nearest(line: NDArray[np.float64], point: NDArray[np.float64], part: float) -> int:
-    """Return the node of a line nearest to a point, sought about a part of its length."""
-    reach, at = len(line) // 8, round(part * (len(line) - 1))
-    near = np.arange(max(at - reach, 0), min(at + reach + 1, len(line)))
-    return int(near[np.hypot(*(line[near] - point).T).argmin()])
+def _frechet_of_part_px(
+    part: NDArray[np.float64], line: NDArray[np.float64], ends: tuple[float, float]
+) -> float:
+    """Return the least discrete Fréchet distance of a part (m, 2) from a stretch of a line (n, 2).
+
+    The stretch begins and ends within an eighth of the line from these nodes.
+    """
+    reach, node = len(line) // 8, np.arange(len(line))
+    begins, stops = (np.abs(node - round(end)) <= reach for end in ends)
+    away = np.hypot(*np.moveaxis(part[:, np.newaxis] - line, 2, 0))
+    leads = np.where(begins, away[0], np.inf)
+    for here in away[1:]:
+        from_before = np.minimum(leads, np.r_[np.inf, leads[:-1]])
+        lead, found = np.inf, []
+        for distance, before in zip(here.tolist(), from_before.tolist(), strict=True):
+            lead = max(distance, min(lead, before))
+            found.append(lead)
+        leads = np.array(found)
+    return float(leads[stops].min())
 
 
-def _even(line: NDArray[np.float64]) -> NDArray[np.float64]:
+def _even(line: NDArray[np.float64], count: int = POINTS) -> NDArray[np.float64]:
     """Return a line's points at even steps of arc length."""
     s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T))]
-    at = np.linspace(0.0, s[-1], POINTS)
+    at = np.linspace(0.0, s[-1], count)
     return np.stack([np.interp(at, s, line[:, k]) for k in (0, 1)], axis=1)
 
 

@@ -89,6 +89,51 @@ def test_a_head_without_a_pose_counts_where_it_is_told_for_certain():
     assert found["unmarked_frames"] == [1]
 
 
+def film_of(line):
+    """Return a film of one folded frame in which the body lies along a line."""
+    half = np.full((1, len(line)), WIDTH / 2)
+    there = vars(film(1, folded=[0]))
+    return SimpleNamespace(**{**there, "midline_px": line[np.newaxis], "half_width_px": half})
+
+
+def in_doubt_between(line, first, behind):
+    told = line.copy()
+    told[first:behind] = np.nan
+    return tracked(told, Status.LOOP_IN_DOUBT)
+
+
+def beside_itself():
+    """Return a body three strands of which lie half a width beside each other."""
+    leg, turn = np.linspace(0.0, 160.0, 81), np.linspace(0.0, np.pi, 9)[1:-1]
+    there = np.c_[100 + leg, np.full(81, 300.0)]
+    bend = np.c_[260 + 5 * np.sin(turn), 305 - 5 * np.cos(turn)]
+    back = np.c_[260 - leg, np.full(81, 310.0)]
+    other = np.c_[100 - 5 * np.sin(turn), 315 - 5 * np.cos(turn)]
+    again = np.c_[100 + leg, np.full(81, 320.0)]
+    return np.concatenate([there, bend, back, other, again])
+
+
+def figures_of_parts(line, told):
+    there = film_of(line)
+    return figures(there, [score(told, there, 0)], [1.0])
+
+
+@pytest.mark.parametrize("aside_px", [0.0, 7.0])
+def test_parts_beside_a_loop_in_doubt_are_right_though_other_strands_lie_nearer(aside_px):
+    """Seven pixels aside a strand lies nearer to the one beside it than to its own."""
+    line = beside_itself()[::2]
+    told = in_doubt_between(line + np.array([0.0, aside_px]), 36, 60)
+    assert figures_of_parts(beside_itself(), told)["unmarked_frames"] == []
+
+
+@pytest.mark.parametrize("stretch", [slice(0, 40), slice(80, 120)])
+def test_a_part_that_lies_elsewhere_is_an_unmarked_error(stretch):
+    line = beside_itself()[::2]
+    line[stretch, 1] += 1.5 * WIDTH
+    told = in_doubt_between(line, 52, 70)
+    assert figures_of_parts(beside_itself(), told)["unmarked_frames"] == [0]
+
+
 def test_a_head_in_the_wall_is_counted():
     found = figures_of(tracked(LINE, r_m=0.01005), tracked(LINE, r_m=0.01015))
     assert found["in_wall"] == 1
