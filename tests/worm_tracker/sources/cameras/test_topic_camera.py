@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_msgs_py.errors import BadInput
+from worm_tracker.sources.cameras import topic_camera
 from worm_tracker.sources.cameras.topic_camera import TopicCamera
 
 
@@ -36,6 +37,22 @@ def test_what_came_and_what_was_lost_is_what_was_sent(steps, first):
     stamps = [frame.stamp_ns for frame in iter(driver.take, None)]
     assert stamps == [number + 1 for number in numbers]
     assert len(stamps) + driver.counts.lost == numbers[-1] - first + 1
+
+
+def test_a_driver_is_silent_from_when_all_are_ready_and_not_while_they_get_ready(monkeypatch):
+    now_s = [0.0]
+    clock = SimpleNamespace(now_ns=lambda: round(now_s[0] * 1e9))
+    monkeypatch.setattr(topic_camera, "SteadyClock", lambda: clock)
+    driver = TopicCamera("/camera/image_raw", reconnect_s=0.0, stall_s=5.0, max_megapixels=64.0)
+    now_s[0] = 60.0
+    driver.begin()
+    now_s[0] = 64.9
+    assert driver.outage is None
+    assert not driver.ended
+    now_s[0] = 65.1
+    assert driver.outage is not None
+    assert driver.ended
+    assert driver.why_lost == "no frame has come on /camera/image_raw for 5 s"
 
 
 def test_a_driver_that_begins_anew_has_lost_nothing():

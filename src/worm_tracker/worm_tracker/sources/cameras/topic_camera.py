@@ -102,8 +102,12 @@ class TopicCamera:
         """Do nothing: messages come by themselves."""
 
     def begin(self) -> None:
-        """Begin to keep what comes: all that takes frames is ready."""
+        """Begin to keep what comes: all that takes frames is ready.
+
+        What those took to get ready is no silence of the driver.
+        """
         self._frames.begin()
+        self._watch.last_ns = self._clock.now_ns()
         self.lost = 0
 
     def stop(self) -> None:
