@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from worm_tracker.midline.self_cover import (
     SelfCoverSettings,
-    covered_by_others,
     ends_kept,
     ends_on_body,
     lies_near_itself,
+    parts_over,
     strands_at_ends,
 )
 
@@ -24,7 +24,7 @@ MARGIN_PX = 2.0
 def covered(curve, width, body=ALL, margin_px=0.0, at=None):
     at = curve[:, None] if at is None else at
     half, step = np.full(len(curve), width / 2), width / NODES_PER_WIDTH
-    return covered_by_others(at, curve, half, body, step, margin_px, SETTINGS)
+    return parts_over(at, curve, half, body, step, margin_px, SETTINGS) > 0
 
 
 @given(arcs=BENDS | loops(), width=WIDTHS, heading=HEADINGS)

@@ -11,7 +11,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
 from worm_tracker.midline.cross_sections import interpolate
-from worm_tracker.midline.self_cover import SelfCoverSettings, covered_by_others
+from worm_tracker.midline.self_cover import SelfCoverSettings, parts_over
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,8 +63,8 @@ def overlap_darkening(
     half, level = np.interp(part, known, widths) / 2, np.interp(part, known, levels)
     ends = round(settings.end_widths * width / step)
     inner, margin_px = slice(ends, n - ends), -settings.within_widths * width
-    covered = covered_by_others(curve[:, None], curve, half, inner, step, margin_px, settings.cover)
-    covered = covered[:, 0]
+    over = parts_over(curve[:, None], curve, half, inner, step, margin_px, settings.cover)
+    covered = over[:, 0] > 0
     covered[:ends] = covered[n - ends :] = False
     if np.count_nonzero(covered) * step < settings.least_overlap_widths * width:
         return None

@@ -11,7 +11,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask
+from worm_msgs_py.arrays import Complex, Floats, Floats32
 from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
 from worm_tracker.midline.curve import median_of
 
@@ -71,19 +71,6 @@ def parts_over(
     if radius2.size:
         _cover(at, path, parts, radius2, apart, layers_apart, float(np.sqrt(radius2.max())), over)
     return over
-
-
-def covered_by_others(
-    at: Complex,
-    path: Complex,
-    half: Floats,
-    body: slice,
-    step: float,
-    margin_px: float | Floats,
-    settings: SelfCoverSettings,
-) -> Mask:
-    """Tell which points beside a path lie under another part of the body, as `parts_over` does."""
-    return parts_over(at, path, half, body, step, margin_px, settings) > 0
 
 
 @compiled

@@ -14,7 +14,7 @@ from worm_msgs_py.arrays import Floats, Mask
 from worm_tracker.midline.body_shade import ShadedObject, at_nodes, places_across, shade_along
 from worm_tracker.midline.curve import median_of
 from worm_tracker.midline.path import BodyPath
-from worm_tracker.midline.self_cover import SelfCoverSettings, covered_by_others
+from worm_tracker.midline.self_cover import SelfCoverSettings, parts_over
 from worm_tracker.midline.strand_exchange import (
     DoubtfulLoop,
     StrandExchangeSettings,
@@ -101,14 +101,12 @@ class MarksOnPath:
         slip = np.gradient(known, axis=0) * (settings.slip_widths * width / path.step)
         least = settings.least_sd_relative * median_of(shaded.shade.mean.ravel())
         at, margin = places_across(line, widths), settings.margin_widths * width
-        covered = covered_by_others(
-            at, line, widths / 2, slice(0, n), path.step, margin, settings.cover
-        )
+        over = parts_over(at, line, widths / 2, slice(0, n), path.step, margin, settings.cover)
         return cls(
             shade_along(shaded.signal, line, widths),
             known,
             at_nodes(shaded.shade.variance, n) + least**2 + slip**2,
-            ~covered,
+            over == 0,
             settings.alike_along_widths * width / path.step * settings.alike_across,
             settings,
         )
