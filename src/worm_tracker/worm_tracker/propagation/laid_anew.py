@@ -25,8 +25,28 @@ def followed_body(scene: CandidateSearch) -> Candidate | None:
     if found is None:
         return None
     if scene.over_limits(found) > 1 or any(scene.ends_lack(found)):
-        found = _with_missing_parts(scene, found)
+        found = _slid_again(scene, _with_missing_parts(scene, found))
     return with_strands_exchanged(scene, _with_likelier_ends(scene, found))
+
+
+def _slid_again(scene: CandidateSearch, found: Candidate) -> Candidate:
+    """Return a body slid along the way that was laid anew for it, while that explains more.
+
+    A bend that has moved on by more than a slide finds is laid at most part of the way there. Where
+    overlaps are no darker a body that is lost may lie along any strand, and would be led on.
+    """
+    settings, ways = scene.settings, found.path.ways
+    if scene.seen.dark is None or scene.over_limits(found) < settings.least_over_limits_slid_again:
+        return found
+    for _ in range(settings.most_slides_again):
+        slid = scene.slid(BodyPath(found.path.curve))
+        slid = slid and _with_missing_parts(scene, slid)
+        if slid is None or slid.unexplained.total >= found.unexplained.total:
+            break
+        found = replace(slid, path=replace(slid.path, ways=ways))
+        if scene.over_limits(found) <= 1:
+            break
+    return found
 
 
 def _with_likelier_ends(scene: CandidateSearch, found: Candidate) -> Candidate:
