@@ -33,10 +33,12 @@ def _slid_again(scene: CandidateSearch, found: Candidate) -> Candidate:
     """Return a body slid along the way that was laid anew for it, while that explains more.
 
     A bend that has moved on by more than a slide finds is laid at most part of the way there. Where
-    overlaps are no darker a body that is lost may lie along any strand, and would be led on.
+    overlaps are no darker, or marks look like them, a body that is lost may lie along any strand,
+    and would be led on.
     """
     settings, ways = scene.settings, found.path.ways
-    if scene.seen.dark is None or scene.over_limits(found) < settings.least_over_limits_slid_again:
+    tells = scene.seen.dark is not None and scene.seen.shaded is None
+    if not tells or scene.over_limits(found) < settings.least_over_limits_slid_again:
         return found
     for _ in range(settings.most_slides_again):
         slid = scene.slid(BodyPath(found.path.curve))
