@@ -47,17 +47,9 @@ def test_the_last_body_that_explained_its_picture_is_held_while_none_does():
 
 @pytest.mark.parametrize(
     ("followed", "from_held", "is_held"),
-    [
-        (2.0, 0.4, True),
-        (0.9, 0.4, False),
-        (2.0, 1.1, False),
-        (None, 0.4, True),
-        (12.0, 4.5, True),
-        (12.0, 7.0, False),
-        (None, 4.5, True),
-    ],
+    [(2.0, 0.4, True), (0.9, 0.4, False), (2.0, 1.1, False), (None, 0.4, True)],
 )
-def test_a_body_is_found_from_the_one_held_where_only_that_explains_the_picture_or_is_not_lost(
+def test_a_body_is_found_from_the_one_held_where_only_that_explains_the_picture(
     followed, from_held, is_held
 ):
     last = unexplained(2, HeldBody(EXPLAINED))

@@ -22,7 +22,7 @@ def found_from_held(
 ) -> _Body:
     """Find a body in a picture from the last one, or from the one that is held.
 
-    The latter where only it leads to one that explains the picture, or that is not lost.
+    The latter where only it leads to one that explains the picture.
 
     Parameters
     ----------
@@ -40,10 +40,9 @@ def found_from_held(
         What `find` gives. Where it does not explain its picture it holds the last one that did.
     """
     found, held = find(last, frames), last.held
-    if held is not None and not _leaves_at_most(1.0, found):
-        is_lost = not _leaves_at_most(settings.lost_over_limits, found)
+    if held is not None and not _explains(found):
         other = find(held.body, last.frames_unexplained + frames)
-        if other and _leaves_at_most(settings.lost_over_limits if is_lost else 1.0, other):
+        if other is not None and _explains(other):
             found = replace(other, was_slid=other.was_slid and held.was_slid)
     if found is None or not 0 < found.frames_unexplained <= settings.most_frames_unexplained:
         return found
@@ -53,6 +52,5 @@ def found_from_held(
     return replace(found, held=held)
 
 
-def _leaves_at_most(most: float, found: PropagatedBody | None) -> bool:
-    """Tell whether there is a body that leaves at most so much over, over what may be."""
-    return found is not None and found.over_limits <= most
+def _explains(found: PropagatedBody | None) -> bool:
+    return found is not None and found.over_limits <= 1
