@@ -1,10 +1,17 @@
 """Searches for a body in a picture, from where it lay in the one before."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
-from worm_tracker.midline.body_residual import BodyResidualSettings, ObjectMasks, Unexplained
-from worm_tracker.midline.path import BodyPath, evenly
+from worm_tracker.midline.body_residual import (
+    BodyResidualSettings,
+    ObjectMasks,
+    Unexplained,
+    dark_places,
+)
+from worm_tracker.midline.path import BodyPath, evenly, nodes_for
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.propagation_settings import PropagationSettings
@@ -39,6 +46,32 @@ def search_after(path, width, frames, loops_known, end_sd_px=(0.0, 0.0)):
     )
     seen = ObjectMasks(nothing, None, width, settings.residual)
     return CandidateSearch(nothing, seen, model.levels, 0j, model, last, path, frames, settings)
+
+
+def path_along(curve, width):
+    """Return the path of a body of some width along a curve, as a search has it."""
+    return BodyPath(evenly(curve, nodes_for(float(abs(np.diff(curve)).sum()), width)))
+
+
+def search_in(signal, true, last, widths, level, darkening, darker=True):
+    """Return the search for a body in its picture, from where it was said to lie.
+
+    Its overlaps are known to be darker, or not to be.
+    """
+    width = max(widths)
+    search = search_after(path_along(true, width), width, 1, loops_known=True)
+    residual = search.settings.residual
+    dark = dark_places(signal, level, darkening, residual) if darker else None
+    known = np.interp(np.linspace(0, 1, 65), np.linspace(0, 1, len(widths)), widths)
+    mask = (signal > level / 2).astype(np.uint8) * 255
+    return replace(
+        search,
+        signal=signal,
+        seen=ObjectMasks(mask, dark, width, residual),
+        levels=np.full(65, level),
+        model=replace(search.model, widths=known, level=level, darkening=darkening),
+        last=last,
+    )
 
 
 def candidate(path, left_over_widths2=0.0):

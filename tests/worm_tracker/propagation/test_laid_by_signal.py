@@ -2,13 +2,10 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
-from body_searches import search_after
+from body_searches import path_along, search_in
 from flank_ends import DARKENING, LEVEL, along_itself, signal_of, with_last_end_moved
 
-from worm_tracker.midline.body_residual import ObjectMasks, dark_places
-from worm_tracker.midline.path import BodyPath, evenly, nodes_for
 from worm_tracker.propagation.laid_by_signal import with_ends_by_signal
 
 WIDTH = 14.0
@@ -17,25 +14,13 @@ LINE, WIDTHS = along_itself(WIDTH, START, ASIDE)
 
 
 def path_of(line):
-    return BodyPath(evenly(line, nodes_for(float(abs(np.diff(line)).sum()), WIDTH)))
+    return path_along(line, WIDTH)
 
 
 def search_from(path, darker=True):
     """Return the search for the body, from where it was said to lie."""
-    search = search_after(path_of(LINE), WIDTH, 1, loops_known=True)
-    signal, residual = signal_of(LINE, WIDTHS), search.settings.residual
-    mask = (signal > LEVEL / 2).astype(np.uint8) * 255
-    dark = dark_places(signal, LEVEL, DARKENING, residual) if darker else None
-    known = np.interp(np.linspace(0, 1, 65), np.linspace(0, 1, len(WIDTHS)), WIDTHS)
-    model = replace(search.model, widths=known, level=LEVEL, darkening=DARKENING)
-    return replace(
-        search,
-        signal=signal,
-        seen=ObjectMasks(mask, dark, WIDTH, residual),
-        levels=np.full(65, LEVEL),
-        model=model,
-        last=path,
-    )
+    signal = signal_of(LINE, WIDTHS)
+    return search_in(signal, LINE, path, WIDTHS, LEVEL, DARKENING, darker)
 
 
 def off_widths(found):
