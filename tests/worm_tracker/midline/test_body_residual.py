@@ -13,6 +13,7 @@ from worm_tracker.midline.body_residual import (
     BodyResidualSettings,
     ObjectMasks,
     dark_places,
+    px2_near,
     unexplained,
 )
 from worm_tracker.midline.strand_drawing import drawn_strands
@@ -198,8 +199,8 @@ def test_beside_an_end_that_is_bent_back_the_object_is_broader_than_a_body_that_
     points, widths = bent.claimed()
     cut = points[: round(10.45 / 12.4 * len(points))]
     reach = 2 * width
-    known = compared(bent, points, widths).beside_px2(points[-1], reach)
-    ends_there = compared(bent, cut, widths[: len(cut)]).beside_px2(cut[-1], reach)
+    known = px2_near(compared(bent, points, widths).beside, points[-1], reach)
+    ends_there = px2_near(compared(bent, cut, widths[: len(cut)]).beside, cut[-1], reach)
     assert known < 0.15 * width**2
     assert ends_there > 0.3 * width**2
 

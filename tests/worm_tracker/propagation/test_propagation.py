@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-from body_searches import candidate, kinked_loop, search_after
+from body_searches import candidate, kinked_loop, search_after, search_in
 from crawling_worm import FRAME_NS
 from drawn_folds import DARKENING, LEVEL, Drawn, laid, rounded_widths
 
@@ -20,7 +20,6 @@ from worm_tracker.following.follower_settings import FollowerSettings
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import (
     ObjectMasks,
-    dark_places,
 )
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
@@ -349,10 +348,7 @@ def test_an_end_on_the_body_beside_which_something_is_missing_lies_elsewhere(
     drawn = Drawn.of([(4.0, 0.0), (7.5, 0.6), (2.6, 0.0)], width, 0.3)
     points, widths = drawn.claimed(last_widths=missing_widths)
     path = BodyPath(evenly(points @ np.array([1, 1j]), 240))
-    search = search_after(path, width, 1, loops_known=True)
-    residual = search.settings.residual
-    dark = dark_places(drawn.signal, LEVEL, DARKENING, residual) if by_darkness else None
-    search = replace(search, seen=ObjectMasks(drawn.mask, dark, width, residual))
+    search = search_in(drawn.signal, drawn.curve, path, widths, LEVEL, DARKENING, by_darkness)
     found = search.scored(path, widths)
     assert search.ends_lack(found) == lacks
     sd_px = search.in_picture(found).end_sd_px

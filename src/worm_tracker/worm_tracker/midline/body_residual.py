@@ -191,14 +191,10 @@ class Unexplained:
 
     def missing_px2(self, point: Floats, distance: float) -> int:
         """Return the area in which body is missing as near as this to a point (2,), pixels."""
-        return _px2_near(self.wanted, point, distance)
-
-    def beside_px2(self, point: Floats, distance: float) -> int:
-        """Return the area of the object beside the body as near as this to a point, pixels."""
-        return _px2_near(self.beside, point, distance)
+        return px2_near(self.wanted, point, distance)
 
 
-def _px2_near(mask: Picture, point: Floats, distance: float) -> int:
+def px2_near(mask: Picture, point: Floats, distance: float) -> int:
     """Return how many pixels of a mask are as near as this to a point (2,)."""
     u, v = point.tolist()
     u0, v0 = max(floor(u - distance), 0), max(floor(v - distance), 0)

@@ -4,7 +4,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.midline.body_model import BodyModel
-from worm_tracker.midline.body_residual import ObjectMasks
+from worm_tracker.midline.body_residual import ObjectMasks, px2_near
 from worm_tracker.midline.curve import median_of
 from worm_tracker.midline.end_residual import BodySignal, end_over_limits
 from worm_tracker.midline.path import BodyPath
@@ -86,20 +86,27 @@ def end_over_limits_at(
     return end_over_limits(signal, body, place, settings.end_residual)
 
 
-def broad_ends(found: Candidate, width: float, settings: PropagationSettings) -> tuple[bool, bool]:
+def broad_ends(
+    found: Candidate, signal: Picture, levels: Floats, width: float, settings: PropagationSettings
+) -> tuple[bool, bool]:
     """Tell of each end whether the object is broader there than the body is.
 
-    An end that is bent back onto its own flank makes it so, and the bend is taken for the end.
+    An end that is bent back onto its own flank makes it so, and the bend is taken for the end. It
+    is as dark as the body; a pale rim of a skin, which looks alike, is not.
 
     Parameters
     ----------
     found : Candidate
+    signal : ndarray of uint8, shape (h, w)
+        Background minus picture in a window.
+    levels : ndarray, shape (TRACKED_POINTS,)
+        The body's signal along it in a picture of this brightness.
     width : float
         The body's, pixels.
     settings : PropagationSettings
     """
     reach, most = settings.broad_end_widths * width, settings.most_beside_end_widths2 * width**2
-    first, last = (
-        found.unexplained.beside_px2(point, reach) > most for point in found.path.points[[0, -1]]
-    )
+    pale = signal < settings.least_beside_over_body_level * median_of(levels)
+    beside = np.where(pale, np.uint8(0), found.unexplained.beside)
+    first, last = (px2_near(beside, point, reach) > most for point in found.path.points[[0, -1]])
     return first, last

@@ -135,7 +135,7 @@ class CandidateSearch:
             self.frames_unexplained(found),
             was_turned=self.stays_turned(found, bool(in_doubt)),
             order_known=self.order_known(found, untold),
-            broad_ends=broad_ends(found, width, self.settings),
+            broad_ends=broad_ends(found, self.signal, self.levels, width, self.settings),
             hides_slack=self.hides_slack(found),
             is_s_at_end=s_at_end(found.path, width, self.settings),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
