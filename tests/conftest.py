@@ -3,7 +3,9 @@
 `ros_context` and `run_graph` are those that users have, too: `worm_bringup.pytest_plugin`.
 """
 
+import atexit
 import os
+import shutil
 import tempfile
 
 import pytest
@@ -12,7 +14,9 @@ from hypothesis import settings
 from worm_msgs_py.ros.network import Reach, dds_settings
 
 os.environ.update(dds_settings(Reach.OWN))
-os.environ.setdefault("ROS_LOG_DIR", tempfile.mkdtemp(prefix="worm-test-log-"))
+if "ROS_LOG_DIR" not in os.environ:  # a worker writes where the process that starts it does
+    os.environ["ROS_LOG_DIR"] = tempfile.mkdtemp(prefix="worm-test-log-")
+    atexit.register(shutil.rmtree, os.environ["ROS_LOG_DIR"], ignore_errors=True)
 
 settings.register_profile("worm", deadline=None, derandomize=True)
 settings.load_profile("worm")
