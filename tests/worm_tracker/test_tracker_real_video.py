@@ -104,9 +104,10 @@ def told_ends(tracked):
 
 def test_a_real_coil_ends_where_a_person_sees_its_tips():
     """A midline from the head's strand over to the tail covers the mask as well, and is wrong."""
-    given = tracked_bag("wormtracer", 60, 120, no_chamber=True, polarity="bright")
+    first = 58  # from an open picture on: a body known for fewer is lost in the coil by chance
+    given = tracked_bag("wormtracer", first, 120, no_chamber=True, polarity="bright")
     tips_by_eye = np.array([[106.0, 111.0], [141.0, 112.0]])
-    ends = told_ends(given[76])
+    ends = told_ends(given[136 - first])
     ends = ends if ends[0, 0] < ends[1, 0] else ends[::-1]
     assert np.hypot(*(ends - tips_by_eye).T).max() < 5.0
 

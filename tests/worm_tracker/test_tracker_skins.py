@@ -1,5 +1,8 @@
 """A worm that wears a real skin, and lies open: its tips, length and width."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,7 @@ from worm_model.simulator.folded_worms import (
     LOOKS,
     FoldedWorm,
     film_worm,
+    read_folded_worms,
     rig_for,
 )
 from worm_model.simulator.rig.skins import read_skins
@@ -14,6 +18,7 @@ from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
 FRAMES = 24
+WORMS = Path(__file__).parents[2] / "bags" / "source" / "folded_worms.npz"
 
 
 @pytest.mark.parametrize("name", ["w4", "w5"])
@@ -64,6 +69,22 @@ def test_a_tail_near_the_threshold_is_part_of_a_worm_at_every_length_of_its_stro
     given += tracker.finish()
     told = np.array([tracked.state.length_px for tracked in given])
     assert told == pytest.approx(np.array(lengths), rel=0.02)
+
+
+def test_a_pale_tail_at_rest_is_kept_where_a_film_begins_with_a_fold():
+    """What was laid double was learned as a short dark worm, and its tail became background."""
+    look, skin, worm = LOOKS["skin_w4"], read_skins()["w4"], read_folded_worms(WORMS)["4003"]
+    worm = replace(worm, midlines_mm=worm.midlines_mm[:180:2], fps=worm.fps / 2)
+    tracker, given, lengths = Tracker(TrackerParameters()), [], []
+    for frame, body in film_worm(rig_for(look, seed=4003), worm, look, skin):
+        lengths.append(body.length_px)
+        given += tracker.push(frame.picture, frame.stamp_ns)
+    given += tracker.finish()
+    opened = slice(76, None)
+    told = np.array([tracked.state.length_px for tracked in given[opened]])
+    assert np.isfinite(told).mean() > 0.9
+    off = told / np.array(lengths[opened]) - 1
+    assert np.nanmax(np.abs(off)) < 0.03
 
 
 def turning_back(frames):

@@ -69,7 +69,16 @@ def test_what_hangs_on_to_a_worm_after_a_fold_may_be_its_end(widths2, frames_unr
     assert follower._is_part(straight_body(), whole, view) is is_part
 
 
-def test_a_thin_tail_that_was_cut_off_is_a_part_of_the_worm():
+@pytest.mark.parametrize(
+    "follower",
+    [
+        pytest.param(follower_that_knows_the_worm(frames_unresolved=0), id="the worm is known"),
+        pytest.param(
+            Follower(WormTrack(), SHAPE, FollowerSettings()), id="the film begins, maybe in a fold"
+        ),
+    ],
+)
+def test_a_thin_tail_that_was_cut_off_is_a_part_of_the_worm(follower):
     worm = np.zeros(SHAPE, np.uint8)
     cv2.line(worm, FIRST, LAST, 100, round(WIDTH))
     whole = worm.copy()
@@ -78,7 +87,6 @@ def test_a_thin_tail_that_was_cut_off_is_a_part_of_the_worm():
     caps = np.array([[-WIDTH / 2, 0.0], [WIDTH / 2, 0.0]])  # its ends are round
     points = found.points + np.linspace(caps[0], caps[1], len(found.points))
     found = replace(found, points=points)
-    follower = follower_that_knows_the_worm(frames_unresolved=0)
     assert follower._is_part(found, object_of(whole), object_of(worm))
     assert not follower._is_part(found, object_of(worm), object_of(worm))
 

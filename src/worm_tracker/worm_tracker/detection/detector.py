@@ -194,7 +194,8 @@ class Detector:
             worm = worm_mask(detection.blob, settings.debris.worm_blur_px)
             least = settings.cut_off_area_over_worm * prior.area
             # The rest may be paler than the threshold.
-            part = prior.may_be_in_part or detection.blob.area < least
+            unknown = prior.model is None or prior.may_be_in_part
+            part = unknown or detection.blob.area < least
             mask = either_of(worm, dark) if part else worm
             self._background.average(picture, detection.gain, mask)
         if all_worm is not None and prior.model is not None:

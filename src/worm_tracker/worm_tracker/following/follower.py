@@ -185,9 +185,8 @@ class Follower:
         if holds_wormlike_piece(cut_off, width, settings.blobs):
             return True
         is_cut = np.count_nonzero(cut_off) > settings.least_cut_end_widths2 * width**2
-        is_known = model is not None and model.is_learned
         goes_on = whole.goes_on_at_ends(found.points, width, cut_off)
-        if is_cut and (all(goes_on) or (is_known and any(goes_on))):
+        if is_cut and any(goes_on):
             return True  # a thin tail, say; what falls off at both ends alike is their taper
         after_fold = self._track.frames_unresolved > 0 and not (model is None or model.is_young)
         most = settings.most_cut_after_fold_widths2 * width**2
