@@ -63,12 +63,19 @@ def test_where_overlaps_are_no_darker_a_body_is_slid_once():
     assert not slides_again(searched(2.5, darker=False)[1])
 
 
-def test_a_body_whose_skin_has_marks_is_slid_once():
+@pytest.mark.parametrize(
+    ("moved_on_widths", "again"),
+    [pytest.param(1.75, False, id="by little"), pytest.param(2.5, True, id="by much")],
+)
+def test_a_body_whose_skin_has_marks_is_slid_again_where_it_leaves_much_over(
+    moved_on_widths, again
+):
     """Its marks are as dark as overlaps: in a photographed skin eight more frames were wrong."""
-    drawn, search = searched(2.5)
+    drawn, search = searched(moved_on_widths)
     marks = np.ones(PLACES)
-    marked = replace(search.seen, shaded=shaded(drawn, marks, marks))
-    assert not slides_again(replace(search, seen=marked))
+    marked = replace(search, seen=replace(search.seen, shaded=shaded(drawn, marks, marks)))
+    assert slides_again(search)
+    assert slides_again(marked) is again
 
 
 def test_how_the_ends_went_is_kept():

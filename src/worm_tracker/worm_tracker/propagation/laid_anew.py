@@ -33,12 +33,14 @@ def _slid_again(scene: CandidateSearch, found: Candidate) -> Candidate:
     """Return a body slid along the way that was laid anew for it, while that explains more.
 
     A bend that has moved on by more than a slide finds is laid at most part of the way there. Where
-    overlaps are no darker, or marks look like them, a body that is lost may lie along any strand,
-    and would be led on.
+    overlaps are no darker a body that is lost may lie along any strand, and would be led on; marks
+    look like overlaps, so that a body with marks must leave more.
     """
     settings, ways = scene.settings, found.path.ways
-    tells = scene.seen.dark is not None and scene.seen.shaded is None
-    if not tells or scene.over_limits(found) < settings.least_over_limits_slid_again:
+    least = settings.least_over_limits_slid_again
+    if scene.seen.shaded is not None:
+        least = settings.least_over_limits_of_marked_slid_again
+    if scene.seen.dark is None or scene.over_limits(found) < least:
         return found
     for _ in range(settings.most_slides_again):
         slid = scene.slid(BodyPath(found.path.curve))
