@@ -187,7 +187,7 @@ class Follower:
         is_cut = np.count_nonzero(cut_off) > settings.least_cut_end_widths2 * width**2
         goes_on = whole.goes_on_at_ends(found.points, width, cut_off)
         if is_cut and any(goes_on):
-            return True  # a thin tail, say; what falls off at both ends alike is their taper
+            return True  # a thin tail, say, or both ends' taper
         after_fold = self._track.frames_unresolved > 0 and not (model is None or model.is_young)
         most = settings.most_cut_after_fold_widths2 * width**2
         if after_fold and np.count_nonzero(cut_off) > most:
