@@ -147,6 +147,38 @@ def first_contour_midline(
     return anew if end_displacement(anew.points, found.points) < thickness else found
 
 
+def ends_of_contour(
+    contour: NDArray[np.int32], width: float, settings: ContourMidlineSettings, *, is_hole: bool
+) -> list[tuple[complex, complex]]:
+    """Return where the ends of a body may be on a contour, the sharpest first.
+
+    Parameters
+    ----------
+    contour : ndarray, shape (n, 2)
+        Its pixels in order.
+    width : float
+        The body's, pixels.
+    settings : ContourMidlineSettings
+    is_hole : bool
+        Whether it is that of a hole in the body, into which an end may reach.
+
+    Returns
+    -------
+    list of (complex, complex)
+        Each tip, u + iv, and the direction from it into the body, of length 1.
+    """
+    loop, spacing = _smooth_loop(contour, width, settings)
+    step = max(2, round(width / spacing))
+    if len(loop) < 4 * step:
+        return []
+    outwards = (cv2.contourArea(contour, oriented=True) > 0) != is_hole
+    _, ends = _end_candidates(loop, step, 1.0 if outwards else -1.0, settings)
+    inwards = loop.take(ends - step, mode="wrap") + loop.take(ends + step, mode="wrap")
+    inwards = inwards / 2 - loop[ends]
+    inwards /= np.maximum(np.abs(inwards), 1e-9)
+    return list(zip(loop[ends].tolist(), inwards.tolist(), strict=True))
+
+
 def _between_sides(
     loop: Complex, i: int, j: int, width: float, spacing: float, settings: ContourMidlineSettings
 ) -> Complex:

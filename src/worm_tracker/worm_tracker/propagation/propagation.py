@@ -18,10 +18,12 @@ from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise, is_due
 from worm_tracker.propagation.overlaps import overlaps_tell
 from worm_tracker.propagation.propagation_settings import PropagationSettings
+from worm_tracker.propagation.traced_anew import traced_anew
 from worm_tracker.worm_track import PropagatedBody
 
 
@@ -63,18 +65,32 @@ def propagate(
     if contracted is not None:
         return scene.in_picture(contracted)
     slid = followed_or_otherwise(scene)
-    enough = last.expected_agreement - settings.most_agreement_lost_sliding
-    if slid is not None and not scene.leaps(slid):
-        over = scene.over_limits(slid)
-        poor = slid.agreement < last.expected_agreement - settings.most_agreement_lost_unsure
-        bearable = over < settings.lost_over_limits and not poor
-        followed = contour_body is None and (bearable or not is_due(scene))
-        if followed or (slid.agreement >= enough and over <= 1):
-            return replace(scene.in_picture(slid), was_slid=scene.keeps_ends(slid))
+    if slid is None or scene.over_limits(slid) > 1:
+        anew = traced_anew(scene)
+        if anew is not None:
+            return scene.in_picture(anew)
+    if slid is not None and _goes_on(scene, slid, may_be_other=contour_body is not None):
+        return replace(scene.in_picture(slid), was_slid=scene.keeps_ends(slid))
     starts = [scene.last.points]
     if before is not None:
         starts.append(2 * last.points - before - as_points(np.array([scene.origin])))
     return scene.in_picture(scene.best(slid, starts, contour_body))
+
+
+def _goes_on(scene: CandidateSearch, slid: Candidate, *, may_be_other: bool) -> bool:
+    """Tell whether a body slid along itself is taken, although it may not explain its picture.
+
+    Less does where the contour gives no other body.
+    """
+    if scene.leaps(slid):
+        return False
+    settings, expected = scene.settings, scene.body.expected_agreement
+    over = scene.over_limits(slid)
+    poor = slid.agreement < expected - settings.most_agreement_lost_unsure
+    bearable = over < settings.lost_over_limits and not poor
+    if not may_be_other and (bearable or not is_due(scene)):
+        return True
+    return slid.agreement >= expected - settings.most_agreement_lost_sliding and over <= 1
 
 
 def coiled(detection: Detection, followed: Observation | None = None) -> Observation:

@@ -16,6 +16,7 @@ from worm_tracker.midline.path_following import PathFollowingSettings
 from worm_tracker.midline.regrown_ends import RegrownEndsSettings
 from worm_tracker.midline.strand_exchange import StrandExchangeSettings
 from worm_tracker.midline.strand_shift import StrandShiftSettings
+from worm_tracker.midline.traced_body import TracedBodySettings
 from worm_tracker.midline.way_by_marks import WayByMarksSettings
 from worm_tracker.midline.way_by_widths import WayByWidthsSettings
 
@@ -154,6 +155,8 @@ class PropagationSettings:
     """Most pictures in a row that a body may leave unexplained and still be the one followed."""
     tried_again_frames: int = 4
     """How often, after that, other ways are tried in which it may lie."""
+    least_left_telling_order_widths2: float = 0.1
+    """How much more a body traced anew leaves over the one way round to lie the other way."""
     most_ways_slid: int = 6
     """Of the ways that are two steps from where it lay, how many are looked at closely."""
     most_more_left_by_way_widths2: float = 2.0
@@ -218,6 +221,7 @@ class PropagationSettings:
     shift: StrandShiftSettings = field(default_factory=StrandShiftSettings)
     marks: WayByMarksSettings = field(default_factory=WayByMarksSettings)
     way_by_widths: WayByWidthsSettings = field(default_factory=WayByWidthsSettings)
+    traced: TracedBodySettings = field(default_factory=TracedBodySettings)
     slack: HiddenSlackSettings = field(default_factory=HiddenSlackSettings)
     residual: BodyResidualSettings = field(default_factory=BodyResidualSettings)
     path_following: PathFollowingSettings = field(default_factory=PathFollowingSettings)

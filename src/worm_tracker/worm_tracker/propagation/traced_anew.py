@@ -1,0 +1,61 @@
+"""Finds a body anew that was lost for long: traced through its object from an end."""
+
+from dataclasses import replace
+
+from worm_tracker.midline.body_model import is_nearer_reversed
+from worm_tracker.midline.curve import as_points
+from worm_tracker.midline.other_ways import add_if_new, other_ways
+from worm_tracker.midline.path import BodyPath, path_of
+from worm_tracker.midline.traced_body import traced_bodies
+from worm_tracker.propagation.body_candidates import CandidateSearch
+from worm_tracker.propagation.candidate import Candidate
+from worm_tracker.propagation.lies_otherwise import is_due
+
+
+def traced_anew(scene: CandidateSearch) -> Candidate | None:
+    """Return a body traced through its object that alone explains the picture; None without one.
+
+    Nor where what is followed may be right, as the worm was seen lately, or where it is not known
+    well: what explains a picture then may be wrong, and was followed in place of what was right.
+    """
+    unexplained = scene.body.frames_unexplained + scene.frames - 1
+    lost = unexplained > scene.settings.most_frames_unexplained
+    if not lost or scene.model.is_young or not is_due(scene):
+        return None
+    ways = sorted(
+        _traced_ways(scene), key=lambda way: _left_over(scene.scored(way, scene.model.widths))
+    )
+    slid = [scene.slid(way) for way in ways[: scene.settings.most_ways_slid]]
+    best = min((found for found in slid if found is not None), key=_left_over, default=None)
+    if best is None:
+        return None
+    was_exchanged = scene.is_followed  # else none of its loops is taken for known
+    found = scene.turned_round(replace(best, was_exchanged=was_exchanged))
+    return found if scene.frames_unexplained(found) == 0 else None
+
+
+def _traced_ways(scene: CandidateSearch) -> list[BodyPath]:
+    """Return how a body may lie, no two alike: traced, or one step from there, either way round."""
+    model, settings, mask = scene.model, scene.settings, scene.seen.mask
+    ways = list[BodyPath]()
+    for line in traced_bodies(mask, model.width, model.length, settings.traced):
+        way = path_of(as_points(line), None, model.width)
+        if add_if_new(ways, way, model.width, settings.other_ways):
+            for other in other_ways(way, mask, model.width, settings.doubt, settings.other_ways):
+                add_if_new(ways, other, model.width, settings.other_ways)
+    return [_as_it_fits(scene, way) for way in ways]
+
+
+def _as_it_fits(scene: CandidateSearch, way: BodyPath) -> BodyPath:
+    """Return a way with its ends in the order that leaves less over, else nearer to the last."""
+    turned, settings = way.turned_round(), scene.settings
+    left, left_turned = (
+        _left_over(scene.scored(path, scene.model.widths)) for path in (way, turned)
+    )
+    if abs(left - left_turned) > settings.least_left_telling_order_widths2:
+        return way if left < left_turned else turned
+    return turned if is_nearer_reversed(way.points, scene.last.points) else way
+
+
+def _left_over(found: Candidate) -> float:
+    return found.unexplained.total
