@@ -22,10 +22,8 @@ def traced_anew(scene: CandidateSearch) -> Candidate | None:
     lost = unexplained > scene.settings.most_frames_unexplained
     if not lost or scene.model.is_young or not is_due(scene):
         return None
-    ways = sorted(
-        _traced_ways(scene), key=lambda way: _left_over(scene.scored(way, scene.model.widths))
-    )
-    slid = [scene.slid(way) for way in ways[: scene.settings.most_ways_slid]]
+    ways = sorted(_traced_ways(scene), key=lambda fitting: fitting[0])
+    slid = [scene.slid(way) for _, way in ways[: scene.settings.most_ways_slid]]
     best = min((found for found in slid if found is not None), key=_left_over, default=None)
     if best is None:
         return None
@@ -34,8 +32,11 @@ def traced_anew(scene: CandidateSearch) -> Candidate | None:
     return found if scene.frames_unexplained(found) == 0 else None
 
 
-def _traced_ways(scene: CandidateSearch) -> list[BodyPath]:
-    """Return how a body may lie, no two alike: traced, or one step from there, either way round."""
+def _traced_ways(scene: CandidateSearch) -> list[tuple[float, BodyPath]]:
+    """Return how a body may lie, no two alike: traced, or one step from there.
+
+    And what each leaves over as it is, squared widths: to slide one takes long.
+    """
     model, settings, mask = scene.model, scene.settings, scene.seen.mask
     ways = list[BodyPath]()
     for line in traced_bodies(mask, model.width, model.length, settings.traced):
@@ -46,15 +47,19 @@ def _traced_ways(scene: CandidateSearch) -> list[BodyPath]:
     return [_as_it_fits(scene, way) for way in ways]
 
 
-def _as_it_fits(scene: CandidateSearch, way: BodyPath) -> BodyPath:
-    """Return a way with its ends in the order that leaves less over, else nearer to the last."""
+def _as_it_fits(scene: CandidateSearch, way: BodyPath) -> tuple[float, BodyPath]:
+    """Return what a way leaves over, with its ends in the order that leaves less.
+
+    Else in the order that is nearer to the last.
+    """
     turned, settings = way.turned_round(), scene.settings
     left, left_turned = (
         _left_over(scene.scored(path, scene.model.widths)) for path in (way, turned)
     )
     if abs(left - left_turned) > settings.least_left_telling_order_widths2:
-        return way if left < left_turned else turned
-    return turned if is_nearer_reversed(way.points, scene.last.points) else way
+        return (left, way) if left < left_turned else (left_turned, turned)
+    is_reversed = is_nearer_reversed(way.points, scene.last.points)
+    return (left_turned, turned) if is_reversed else (left, way)
 
 
 def _left_over(found: Candidate) -> float:
