@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from worm_tracker.midline.contour_midline import (
     ContourMidlineSettings,
     contour_midline,
+    ends_of_contour,
     first_contour_midline,
 )
 from worm_tracker.midline.curve import length_of
@@ -61,3 +62,30 @@ def test_a_body_that_touches_itself_is_measured_by_its_own_width(width):
     true = [np.abs(np.diff(one.curve)).sum() for one in drawn]
     assert 0.96 < np.mean(found) / np.mean(true) < 1.0
     assert np.mean(found) > np.mean(by_thickness) + 0.002 * np.mean(true)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@given(angle=st.floats(0.0, 6.28))
+@settings(max_examples=20, deadline=None)
+def test_an_end_that_reaches_into_a_hole_is_an_end_of_its_contour(mirrored, angle):
+    """A ring from which a body reaches inwards; nothing of the ring itself is an end."""
+    width, middle, radius = 12, 120 + 120j, 80.0
+    way = np.exp(1j * angle)
+    tip, root = middle + 20.0 * way, middle + radius * way
+    mask = np.zeros((240, 240), np.uint8)
+    cv2.circle(mask, (120, 120), round(radius), 255, width)
+    spur = np.rint(16 * np.array([[tip.real, tip.imag], [root.real, root.imag]])).astype(np.int32)
+    cv2.polylines(mask, [spur], False, 255, width, cv2.LINE_8, 4)
+    mask = mask[:, ::-1].copy() if mirrored else mask
+    if mirrored:
+        tip, way = 239 - tip.conjugate(), -way.conjugate()
+    contours, tree = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    settings = ContourMidlineSettings()
+    for contour, (_, _, _, parent) in zip(contours, tree[0], strict=True):
+        ends = ends_of_contour(contour[:, 0], width, settings, is_hole=parent >= 0)
+        if parent < 0:
+            assert ends == []
+            continue
+        sharpest, inwards = ends[0]
+        assert abs(sharpest - tip) < width  # its cap reaches half a width beyond the line
+        assert (inwards / way).real > 0.9

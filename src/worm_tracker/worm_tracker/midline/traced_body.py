@@ -26,18 +26,18 @@ turn in a step."""
 class TracingManner(NamedTuple):
     """How a body is traced; lengths are in widths of the body."""
 
-    edge: float = 0.65
+    edge_reach: float = 0.65
     """How far to either side an edge may be to be the body's own."""
     most_shift: float = 0.12
     most_shift_by_one_edge: float = 0.045
     """How far a step is moved aside at most, between two edges and beside one."""
-    wider: float = 1.3
+    most_width_over_body: float = 1.3
     """How much wider than the body it may be between two edges: else one is another strand's."""
     weight_of_step: float = 0.35
     """Of the last step, in where the body heads."""
     weight_of_width: float = 0.15
     """Of a step between two edges, in how wide the body is there."""
-    ahead: float = 0.45
+    look_ahead: float = 0.45
     clearance: float = 0.4
     """The body turns where so far ahead the object's edge is nearer than so many half widths."""
 
@@ -53,7 +53,7 @@ class TracedBodySettings:
     manners: tuple[TracingManner, ...] = (
         TracingManner(),
         TracingManner(weight_of_step=0.2, clearance=0.25),
-        TracingManner(edge=0.8, most_shift_by_one_edge=0.08),
+        TracingManner(edge_reach=0.8, most_shift_by_one_edge=0.08),
     )
     step_widths: float = 0.25
     least_length: float = 0.75
@@ -147,8 +147,8 @@ def _is_between_edges(
     one: float, other: float, half_width: float, width: float, manner: TracingManner
 ) -> bool:
     """Tell whether the edges to both sides are those of the body."""
-    near = one + other < 2 * (manner.wider * half_width + 1)
-    return near and max(one, other) < manner.edge * width
+    near = one + other < 2 * (manner.most_width_over_body * half_width + 1)
+    return near and max(one, other) < manner.edge_reach * width
 
 
 @compiled
@@ -159,7 +159,7 @@ def _shift_aside(
 
     Both are no more than where an edge was looked for.
     """
-    edge, most = manner.edge * width, manner.most_shift_by_one_edge * width
+    edge, most = manner.edge_reach * width, manner.most_shift_by_one_edge * width
     if _is_between_edges(one, other, half_width, width, manner):
         shift, most = (one - other) / 2, manner.most_shift * width
     elif min(one, other) < edge:
@@ -189,13 +189,13 @@ def _trace_on(
     line: Complex,
 ) -> int:
     """Fill in a body's points from its tip on; return how many there are: all where it goes on."""
-    half_width, edge = width / 2, manner.edge * width
+    half_width, edge = width / 2, manner.edge_reach * width
     line[0], heading = tip, inwards
     for k in range(1, len(line)):
         if k > _TIP_STEPS:
             clearance = manner.clearance * min(half_width, width / 2)
             heading = _turned_off_water(
-                depth, line[k - 1], heading, manner.ahead * width, clearance
+                depth, line[k - 1], heading, manner.look_ahead * width, clearance
             )
         place, aside = line[k - 1] + step * heading, 1j * heading
         if _depth_at(depth, place) == 0:

@@ -97,6 +97,11 @@ class CandidateSearch:
         """Whether the body was seen so lately that it has kept its ends and loops."""
         return self.frames <= self.settings.most_frames_followed
 
+    @property
+    def frames_between(self) -> int:
+        """How many pictures lie between this one and the last that the body explained."""
+        return self.body.frames_unexplained + self.frames - 1
+
     def keeps_ends(self, slid: Candidate) -> bool:
         """Tell whether a body slid along itself has its ends in the order of the last one's.
 
@@ -200,21 +205,19 @@ class CandidateSearch:
         )
 
     def frames_unexplained(self, found: Candidate) -> int:
-        """Return how many pictures lie between this one and the last that the body explained.
+        """Return `frames_between`, 0 where a body is known to be the one that was followed.
 
         Strands that lie side by side are alike. After too long without an explanation either may
-        be the other, and what explains the picture again is not known to be the body that was
-        followed, until its contour shows it and goes on where that was.
+        be the other: that its contour shows it, or nothing else explains the picture, tells.
         """
-        between = self.body.frames_unexplained + self.frames - 1
-        if self.over_limits(found) > 1:
-            return between + 1
-        if between <= self.settings.most_frames_unexplained:
-            return 0
         over, told = self.over_limits(found), self.seen.dark is not None
+        if over > 1:
+            return self.frames_between + 1
+        if self.frames_between <= self.settings.most_frames_unexplained:
+            return 0
         marked = self.told_by_marks(found.path)
         alone = is_only_explanation(found, over, told, self.model.width, marked, self.settings)
-        return 0 if alone else between
+        return 0 if alone else self.frames_between
 
     def loops_in_doubt(self, found: Candidate) -> list[DoubtfulLoop]:
         """Return the loops of a body which may be passed either way round, by its bends."""

@@ -155,8 +155,9 @@ class PropagationSettings:
     """Most pictures in a row that a body may leave unexplained and still be the one followed."""
     tried_again_frames: int = 4
     """How often, after that, other ways are tried in which it may lie."""
-    least_left_telling_order_widths2: float = 0.1
-    """How much more a body traced anew leaves over the one way round to lie the other way."""
+    least_gain_of_order_widths2: float = 0.1
+    """How much less a body traced anew leaves over with its ends in one order than in the other
+    where that tells the order."""
     most_ways_slid: int = 6
     """Of the ways that are two steps from where it lay, how many are looked at closely."""
     most_more_left_by_way_widths2: float = 2.0

@@ -18,8 +18,7 @@ def traced_anew(scene: CandidateSearch) -> Candidate | None:
     Nor where what is followed may be right, as the worm was seen lately, or where it is not known
     well: what explains a picture then may be wrong, and was followed in place of what was right.
     """
-    unexplained = scene.body.frames_unexplained + scene.frames - 1
-    lost = unexplained > scene.settings.most_frames_unexplained
+    lost = scene.frames_between > scene.settings.most_frames_unexplained
     if not lost or scene.model.is_young or not is_due(scene):
         return None
     ways = sorted(_traced_ways(scene), key=lambda fitting: fitting[0])
@@ -56,7 +55,7 @@ def _as_it_fits(scene: CandidateSearch, way: BodyPath) -> tuple[float, BodyPath]
     left, left_turned = (
         _left_over(scene.scored(path, scene.model.widths)) for path in (way, turned)
     )
-    if abs(left - left_turned) > settings.least_left_telling_order_widths2:
+    if abs(left - left_turned) > settings.least_gain_of_order_widths2:
         return (left, way) if left < left_turned else (left_turned, turned)
     is_reversed = is_nearer_reversed(way.points, scene.last.points)
     return (left_turned, turned) if is_reversed else (left, way)
