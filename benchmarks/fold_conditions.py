@@ -1,10 +1,11 @@
 """Fold films in worse conditions than they were drawn in: what is told must not become wrong.
 
-At half the frame rate; with every fifth picture the one before (that frame should have no pose, so
-that 80 % are right at most); on a rig that vibrates; out of focus; with more noise.
+At half the frame rate; with 40 of every 100 pictures missing in a row; with every fifth picture the
+one before (that frame should have no pose, so that 80 % are right at most); on a rig that vibrates;
+out of focus; with more noise.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import cv2
@@ -15,6 +16,8 @@ from worm_model.simulator.film import encode
 from worm_msgs_py.arrays import Floats, Picture
 
 REPEATED_EVERY = 5
+KNOWN_AFTER, GAP_EVERY, GAP = 200, 100, 40
+"""Frames after which pictures are missing, and how many of how many in a row are."""
 VIBRATES_PX, BLUR_PX, NOISE = 0.5, 2.0, 8.0
 """Standard deviations: of where the rig is in a picture (u and v each), of the blur, of the noise
 in grey levels."""
@@ -22,8 +25,19 @@ in grey levels."""
 
 def _half_rate(film: FoldFilm) -> FoldFilm:
     """Leave every other picture out."""
-    jpegs = [film.jpeg_of(frame) for frame in range(0, len(film), 2)]
-    rows = {name: getattr(film, name)[::2] for name in PER_FRAME}
+    return _of_frames(film, range(0, len(film), 2))
+
+
+def _with_gaps(film: FoldFilm) -> FoldFilm:
+    """Leave many pictures in a row out, again and again, once the worm is known."""
+    kept = [k for k in range(len(film)) if k < KNOWN_AFTER or k % GAP_EVERY < GAP_EVERY - GAP]
+    return _of_frames(film, kept)
+
+
+def _of_frames(film: FoldFilm, frames: Sequence[int]) -> FoldFilm:
+    """Return a film of some of its frames."""
+    jpegs = [film.jpeg_of(frame) for frame in frames]
+    rows = {name: getattr(film, name)[list(frames)] for name in PER_FRAME}
     ends = np.cumsum([len(jpeg) for jpeg in jpegs])
     return replace(film, jpeg=np.concatenate(jpegs), jpeg_end=ends, **rows)
 
@@ -53,6 +67,7 @@ def _noisy(film: FoldFilm) -> FoldFilm:
 
 CONDITIONS: dict[str, Callable[[FoldFilm], FoldFilm]] = {
     "half_rate": _half_rate,
+    "gaps": _with_gaps,
     "repeated": _repeated,
     "vibrating": _vibrating,
     "unfocused": _unfocused,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks import fold_films
+from benchmarks import fold_conditions, fold_films
 from benchmarks.drawn_by_distance import DistanceLook, steered_pictures
 from benchmarks.drawn_lines import POINTS, LineLook, coverage, light_and_wall, picture_of
 from benchmarks.fold_conditions import CONDITIONS
@@ -114,6 +114,16 @@ def test_a_film_at_half_its_frame_rate_keeps_each_picture_with_its_truth(short_f
     for frame in range(3):
         np.testing.assert_array_equal(half.picture(frame), short_film.picture(2 * frame))
         np.testing.assert_array_equal(half.midline_px[frame], short_film.midline_px[2 * frame])
+
+
+def test_a_film_with_gaps_keeps_what_is_left_with_its_truth(short_film, monkeypatch):
+    for name, value in (("KNOWN_AFTER", 1), ("GAP_EVERY", 4), ("GAP", 2)):
+        monkeypatch.setattr(fold_conditions, name, value)
+    left = CONDITIONS["gaps"](short_film)
+    assert np.diff(left.stamp_ns).tolist() == [40_000_000, 120_000_000]
+    for frame, kept in enumerate((0, 1, 4)):
+        np.testing.assert_array_equal(left.picture(frame), short_film.picture(kept))
+        np.testing.assert_array_equal(left.midline_px[frame], short_film.midline_px[kept])
 
 
 @pytest.mark.parametrize("condition", ["vibrating", "unfocused", "noisy"])
