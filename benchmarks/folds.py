@@ -38,16 +38,20 @@ from benchmarks.fold_films import (
 )
 from benchmarks.fold_overlays import write_contact_sheet
 from benchmarks.hidden_ends import hides_end
+from benchmarks.midline_distance import at_even_steps, frechet_px, largest, largest_of_parts_px
+from worm_analysis.events.contact_state import HiddenContact
 from worm_msgs_py import TrackedFrame
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
+from worm_msgs_py.paper import CONTACT_DISTANCE_WIDTHS as CONTACT_WIDTHS
+from worm_msgs_py.units import MM_PER_M
 from worm_tracker.parameters import MOST_HOLD_BACK_FRAMES, TrackerParameters
 from worm_tracker.tracker import Tracker
 
+MOST_LENGTH_ERROR = 0.02
 OFF_WORM_PX = 2.0
 """A midline point is in clear water where the true outline is farther away than this."""
 BEYOND_WALL_MM = 0.1
 CERTAINTY_EDGES = (0.0, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.999, 1.0)
-POINTS = 121
 
 HEADINGS = (  # heading, figure, digits
     ("frames", "frames", 0),
@@ -66,7 +70,10 @@ HEADINGS = (  # heading, figure, digits
     ("swapped", "swapped_certain", 0),
     ("off worm", "off_worm", 0),
     ("in wall", "in_wall", 0),
-    ("contact %", "contact_right", 1),
+    ("contact told %", "contact_told", 1),
+    ("right %", "contact_right", 1),
+    ("length open %", "length_right_open", 1),
+    ("folded", "length_right_folded", 1),
     ("ms open", "ms_open", 1),
     ("99 %", "ms_open_99", 1),
     ("ms folded", "ms_folded", 1),
@@ -93,7 +100,10 @@ class FrameScore:
     swapped, in_wall : bool
     has_pose : bool
     contact : bool or None
-        Head within 0.3 widths of the wall, by the widths and places given.
+        Head within 0.3 widths of the wall, by the widths and places given; None where the head's
+        place is not known well enough to tell.
+    length : float
+        What is told over the true one.
     """
 
     status: str
@@ -107,6 +117,7 @@ class FrameScore:
     swapped: bool = False
     in_wall: bool = False
     contact: bool | None = None
+    length: float = np.nan
 
 
 def score(tracked: TrackedFrame, film: FoldFilm, frame: int) -> FrameScore:
@@ -126,15 +137,16 @@ def score(tracked: TrackedFrame, film: FoldFilm, frame: int) -> FrameScore:
     strays = np.hypot(*np.moveaxis(found[:, np.newaxis] - true, 2, 0))
     whole = state.status.has_pose and told.all()
     in_parts = state.status.has_pose and not whole
-    even, even_true = (_even(found), _even(true)) if whole else (found, true)
+    even, even_true = (at_even_steps(found), at_even_steps(true)) if whole else (found, true)
     if whole:
         midline_px = frechet_px(even, even_true)
     else:
-        midline_px = _largest_of_parts(given, true) if in_parts else _largest(strays.min(axis=1))
+        midline_px = largest_of_parts_px(given, true) if in_parts else largest(strays.min(axis=1))
     x_mm, y_mm = 1e3 * state.head.x_m, 1e3 * state.head.y_m
     at_exit = x_mm > 0 and abs(y_mm) < 0.5 * film.exit_width_mm
     r_mm = float(np.hypot(x_mm, y_mm))
-    near = film.radius_mm - r_mm < 0.3e3 * state.width_m
+    gap_m, threshold_m = (film.radius_mm - r_mm) / MM_PER_M, CONTACT_WIDTHS * state.width_m
+    tells = np.isfinite(gap_m) and HiddenContact().tells(state.head_sd_m, threshold_m)
     return FrameScore(
         status=status,
         certainty=certainty,
@@ -143,76 +155,12 @@ def score(tracked: TrackedFrame, film: FoldFilm, frame: int) -> FrameScore:
         centroid_px=centroid_px,
         midline_px=midline_px,
         by_arc_px=float(np.hypot(*(even - even_true).T).max()) if whole else np.nan,
-        off_worm_px=_largest((strays - half).min(axis=1)),
+        off_worm_px=largest((strays - half).min(axis=1)),
         swapped=bool(np.hypot(*(head - true[-1])) < head_px),
         in_wall=bool(r_mm > film.radius_mm + BEYOND_WALL_MM and not at_exit),
-        contact=bool(near) if np.isfinite(r_mm) else None,
+        contact=gap_m < threshold_m if tells else None,
+        length=state.length_px / float(np.hypot(*np.diff(true, axis=0).T).sum()),
     )
-
-
-def _largest(values: NDArray[np.float64]) -> float:
-    return float(values.max()) if len(values) else np.nan
-
-
-def _largest_of_parts(given: NDArray[np.float64], true: NDArray[np.float64]) -> float:
-    """Return the largest distance of what is told of a midline, NaN elsewhere, from the true one.
-
-    Each part against the true stretch that it follows best, whose ends are no farther along the
-    true midline than an eighth of its length from where the part's ends are.
-    """
-    told = np.isfinite(given).all(axis=1)
-    edges = np.flatnonzero(np.diff(np.r_[False, told, False]))
-    even, scale = _even(true), (POINTS - 1) / (len(given) - 1)
-    away = []
-    for first, behind in edges.reshape(-1, 2):
-        count = round((behind - 1 - first) * scale) + 1
-        part = _even(given[first:behind], count) if behind - first > 1 else given[first:behind]
-        away.append(_frechet_of_part_px(part, even, (first * scale, (behind - 1) * scale)))
-    return _largest(np.array(away))
-
-
-def _frechet_of_part_px(
-    part: NDArray[np.float64], line: NDArray[np.float64], ends: tuple[float, float]
-) -> float:
-    """Return the least discrete Fréchet distance of a part (m, 2) from a stretch of a line (n, 2).
-
-    The stretch begins and ends within an eighth of the line from these nodes.
-    """
-    reach, node = len(line) // 8, np.arange(len(line))
-    begins, stops = (np.abs(node - round(end)) <= reach for end in ends)
-    away = np.hypot(*np.moveaxis(part[:, np.newaxis] - line, 2, 0))
-    leads = np.where(begins, away[0], np.inf)
-    for here in away[1:]:
-        from_before = np.minimum(leads, np.r_[np.inf, leads[:-1]])
-        lead, found = np.inf, []
-        for distance, before in zip(here.tolist(), from_before.tolist(), strict=True):
-            lead = max(distance, min(lead, before))
-            found.append(lead)
-        leads = np.array(found)
-    return float(leads[stops].min())
-
-
-def _even(line: NDArray[np.float64], count: int = POINTS) -> NDArray[np.float64]:
-    """Return a line's points at even steps of arc length."""
-    s = np.r_[0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T))]
-    at = np.linspace(0.0, s[-1], count)
-    return np.stack([np.interp(at, s, line[:, k]) for k in (0, 1)], axis=1)
-
-
-def frechet_px(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    """Return the discrete Fréchet distance of two lines of equally many points, (n, 2)."""
-    n = len(one)
-    away = np.hypot(*np.moveaxis(one[:, np.newaxis] - other, 2, 0))
-    before = np.full(n + 1, np.inf)  # by the row i + 1 of each antidiagonal
-    last = np.full(n + 1, np.inf)
-    last[1] = away[0, 0]
-    for diagonal in range(1, 2 * n - 1):
-        i = np.arange(max(0, diagonal - n + 1), min(diagonal, n - 1) + 1)
-        now = np.full(n + 1, np.inf)
-        way = np.minimum(np.minimum(last[i], last[i + 1]), before[i])
-        now[i + 1] = np.maximum(way, away[i, diagonal - i])
-        before, last = last, now
-    return float(last[n])
 
 
 def track(film: FoldFilm, frames: int) -> tuple[list[FrameScore], list[float], list[Any]]:
@@ -235,7 +183,7 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
     folded = film.folded[: len(scores)]
     table = {
         name: np.array([getattr(each, name) for each in scores], dtype=np.float64)
-        for name in ("certainty", "head_px", "centroid_px", "midline_px", "by_arc_px")
+        for name in ("certainty", "head_px", "centroid_px", "midline_px", "by_arc_px", "length")
     } | {
         name: np.array([getattr(each, name) for each in scores], dtype=bool)
         for name in ("has_pose", "swapped", "in_wall")
@@ -250,6 +198,8 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
     said = [each.contact for each in scores]
     told = np.array([each is not None for each in said]) & right
     agreed = np.array([bool(each) for each in said]) == film.contact[: len(scores)]
+    measured_length = pose & np.isfinite(table["length"])
+    near_length = np.abs(table["length"] - 1.0) < MOST_LENGTH_ERROR
     spent = np.array(ms)
     truth = film.midline_px, film.half_width_px
     hidden = np.array([hides_end(*each, film.width_px) for each in zip(*truth, strict=True)])
@@ -273,7 +223,10 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
         "swapped_certain": int((given & certain & table["swapped"]).sum()),
         "off_worm": int((pose & (off > OFF_WORM_PX)).sum()),
         "in_wall": int(table["in_wall"].sum()),
+        "contact_told": _percent(told[right]),
         "contact_right": _percent(agreed[told]),
+        "length_right_open": _percent(near_length[measured_length & ~folded]),
+        "length_right_folded": _percent(near_length[measured_length & folded]),
         **_times("open", spent[~folded]),
         **_times("folded", spent[folded]),
         "statuses": dict(Counter(each.status for each in scores)),

@@ -19,7 +19,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.folds import frechet_px
+from benchmarks.midline_distance import frechet_px
 from worm_msgs_py.arrays import Floats, Picture
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY, TrackedFrame
 from worm_tracker.detection.polarity import Polarity

@@ -34,8 +34,8 @@ for column in pq.read_schema("bags/larva_truth.parquet"):
 
 Units: `1` is a plain number, – stands for words and for what is true or false. A `bool` may be
 null, which is not false: it cannot be told. pandas reads these columns as its nullable `boolean`.
-Symbols are those of [science.md](science.md). Results of earlier versions have the same columns
-without descriptions; every command reads them all the same.
+Symbols are those of [science.md](science.md). Results of earlier versions have no
+descriptions, and may lack `head_sd_mm`; every command reads them all the same.
 
 This page is made from the tables' schemas by `python docs/make_data_dictionary.py`.
 """

@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from benchmarks.folds import figures, frechet_px, score
+from benchmarks.folds import figures, score
+from benchmarks.midline_distance import frechet_px
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -29,7 +30,9 @@ def film(frames=4, folded=()):
     )
 
 
-def tracked(line, status=Status.TRACKED, certainty=0.99, r_m=0.005):
+def tracked(
+    line, status=Status.TRACKED, certainty=0.99, r_m=0.005, length_px=np.nan, head_sd_m=0.0
+):
     state = BodyState(
         frame=0,
         stamp_ns=0,
@@ -38,6 +41,8 @@ def tracked(line, status=Status.TRACKED, certainty=0.99, r_m=0.005):
         head=Keypoint(*line[0], -r_m, 0.0),
         centroid=Keypoint(300.0, 300.0),
         width_m=5e-4,
+        length_px=length_px,
+        head_sd_m=head_sd_m,
     )
     nothing = np.full(len(line), np.nan)
     return TrackedFrame(state, Midline(*line.T, nothing, nothing, nothing, nothing))
@@ -71,6 +76,24 @@ def test_a_midline_out_in_the_water_is_wrong_though_its_head_is_right():
     found = figures_of(*[tracked(slack)] * 4)
     assert found["folded_unmarked"] == 100
     assert found["off_worm"] == 4
+
+
+def test_a_length_is_right_within_two_percent_of_the_true_one_and_counted_where_it_is_told():
+    near, far, none = (tracked(LINE, length_px=length) for length in (407.0, 409.0, np.nan))
+    refused = tracked(LINE * np.nan, Status.COILED, 0.5, length_px=400.0)
+    found = figures_of(near, far, none, refused)
+    assert found["length_right_folded"] == 50
+    assert found["length_right_open"] is None
+
+
+def test_contact_is_not_told_of_a_head_whose_place_may_be_either():
+    surely, maybe, far = (
+        tracked(LINE, r_m=r_m, head_sd_m=sd_m)
+        for r_m, sd_m in ((0.0099, 5e-5), (0.0099, 1e-4), (0.009, 1e-4))
+    )
+    found = figures_of(surely, maybe, far, far)
+    assert found["contact_told"] == 75
+    assert found["contact_right"] == pytest.approx(200 / 3), "the film has no contact"
 
 
 def test_a_midline_that_stops_short_is_wrong_and_a_frame_without_pose_is_no_error():

@@ -110,6 +110,7 @@ def test_every_number_of_the_table_is_there_with_its_unit(walked):
         "reversal_per_cycle": "1",
         "search_bridged": "1",
         "search_missing": "1",
+        "search_contact_untold": "1",
         "reversal_rate": "1/s",
         "tau_h": "s",
         "tau_h_exponential_p": "1",

@@ -85,6 +85,21 @@ def test_a_thin_end_along_its_own_flank_is_told_where_it_lies():
     assert off[told].max() < 1.0
 
 
+def test_a_head_that_is_farther_off_than_contact_allows_is_said_to_be_unsure():
+    """A head on the body is right to a width, where contact asks for 0.3 of one."""
+    given, bodies = tracked("4005", 500, 580)
+    folded = np.array([is_folded(body) for body in bodies])
+    heads = np.array([(one.state.head.u_px, one.state.head.v_px) for one in given])
+    true, width_px = np.array([body.points_px[0] for body in bodies]), bodies[0].mean_width_px
+    off = np.hypot(*(heads - true).T) / width_px
+    sd = np.array([one.state.head_sd_m / one.state.width_m for one in given])
+    assert np.isfinite(off).all()
+    assert (off > 0.3).any()
+    assert off[sd < 0.15].max() < 0.1
+    assert np.all(off < 3 * np.maximum(sd, 0.05))
+    assert np.all(sd[~folded] == 0.0)
+
+
 def test_a_loop_whose_end_was_cut_off_with_debris_is_not_told_as_an_open_body():
     """The tail lies across the body, between specks that hang on to it; no tip of it is seen."""
     given, bodies = tracked("4002", 900, 992, "coarse")

@@ -249,6 +249,7 @@ class Analysis:
             (head.x_m, head.y_m),
             width_m,
             in_mouth=self._position.in_mouth(theta_rad),
+            head_sd_m=state.head_sd_m,
         )
         v_b_m_s = self._search.radius_m * theta_dot
         observables = _observables(state, theta_rad, theta_dot, v_b_m_s, contact)

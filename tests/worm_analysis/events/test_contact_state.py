@@ -141,3 +141,13 @@ def test_the_largest_of_noisy_depths_is_not_too_large(shape, kept):
             excursion.push(float(depth))
         errors.append(excursion.maximum() - 1e-3 * way.max())
     assert np.mean(errors) == pytest.approx(0.0, abs=0.6 * deviation)
+
+
+@given(st.floats(0.0, 1e-3), st.floats(1e-5, 1e-3))
+def test_contact_is_told_of_a_head_placed_to_half_a_threshold(depth_sd, threshold):
+    assert HiddenContact().tells(depth_sd, threshold) == (depth_sd <= 0.5 * threshold)
+
+
+def test_contact_is_not_told_without_a_width_and_is_where_a_head_is_said_nothing_of():
+    assert not HiddenContact().tells(0.0, np.nan)
+    assert HiddenContact().tells(np.nan, THRESHOLD)

@@ -1,7 +1,7 @@
 """What goes through a message comes back to the last bit, over the wire, with NaN and empty."""
 
 import math
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
@@ -59,6 +59,7 @@ states = st.builds(
     width_px=reals,
     length_m=reals,
     width_m=reals,
+    head_sd_m=reals,
 )
 chambers = st.builds(Chamber, st.just("chamber_a"), *[finite] * 4, st.floats(1e-3, 1), *[reals] * 5)
 geometries = st.builds(
@@ -166,6 +167,16 @@ def over_the_wire(msg):
 @given(states)
 def test_body_state_survives_the_wire(state):
     assert same(c.body_state_from_msg(over_the_wire(c.body_state_to_msg(state))), state)
+
+
+@given(states)
+def test_a_tracker_need_not_say_how_sure_the_place_of_the_head_is(state):
+    msg = c.body_state_to_msg(state)
+    at = list(msg.name).index("head_sd_m")
+    msg.name, msg.position = (
+        [*values[:at], *values[at + 1 :]] for values in (msg.name, msg.position)
+    )
+    assert same(c.body_state_from_msg(over_the_wire(msg)), replace(state, head_sd_m=0.0))
 
 
 @given(geometries)

@@ -69,8 +69,8 @@ def trial_sums(
     found |= search.frames.sums() | search.speed_law.sums() | search.collisions.sums()
     found |= search.correlation.sums() | search.sensitivity.sums(limits_m)
     searched_s = search.observed_s + gaps.bridged_s + gaps.missing_s
-    found["search_bridged"] = np.array([[searched_s, gaps.bridged_s]])
-    found["search_missing"] = np.array([[searched_s, gaps.missing_s]])
+    for part in ("bridged", "missing", "contact_untold"):
+        found[f"search_{part}"] = np.array([[searched_s, getattr(gaps, f"{part}_s")]])
     edge_m = law.edge * threshold_m
     deep_m = (law.touch + settings.noise_in_depth_limit * law.noise) * threshold_m
     depth_limit_m = next_edge(max(rig.pixel_m, threshold_m, edge_m, deep_m), LENGTH_BIN_M)

@@ -26,18 +26,25 @@ from worm_msgs_py.units import NS_PER_S
 
 @dataclass(slots=True)
 class GapTimes:
-    """Time of the search in which there was no head for longer than `max_gap_s`.
+    """Time of the search in which something is missing.
 
     Attributes
     ----------
     bridged_s, missing_s : float
-        Where the direction is followed over it, and where it is not.
+        Without a head for longer than `max_gap_s`: where the direction is followed over it, and
+        where it is not.
+    contact_untold_s : float
+        With a head of which it cannot be told whether it touches the wall.
+    contact_told_ns : int or None
+        Stamp of the last frame in which it could; None where what was before is not connected.
     in_exit : bool
         Whether the head has been in the exit since it was last seen in the chamber.
     """
 
     bridged_s: float = 0.0
     missing_s: float = 0.0
+    contact_untold_s: float = 0.0
+    contact_told_ns: int | None = None
     in_exit: bool = False
 
 
@@ -97,6 +104,7 @@ class WallSearch:
         self._rows = FrameRows()
         self._stretch = self._approaches = self._searches = 0
         self._last_ns: int | None = None
+
         self._interval_s = 0.0
         self.correlation = SignCorrelation(
             lag_grid(
@@ -128,6 +136,7 @@ class WallSearch:
         width_m: float,
         *,
         in_mouth: bool,
+        head_sd_m: float = 0.0,
     ) -> tuple[float, bool | None, list[ClosedEpisode]]:
         """Take the head's position in a frame.
 
@@ -137,14 +146,14 @@ class WallSearch:
             The chamber that the head is in.
         stamp_ns : int
             Later than that of the last frame.
-        theta_rad, r_h_m : float
-            θ_h, unwrapped, and r_h.
+        theta_rad, r_h_m, width_m : float
+            θ_h, unwrapped, r_h, and d_w, which is NaN where it is not known.
         head_m : (float, float)
             x, y of the head in the chamber's frame.
-        width_m : float
-            d_w; NaN where it is not known.
         in_mouth : bool
             Whether the head is before the exit, where there is no wall.
+        head_sd_m : float
+            How far it may be from there: with too much of it contact is not told.
 
         Returns
         -------
@@ -159,10 +168,24 @@ class WallSearch:
         theta_dot = self._speed.push(stamp_ns, theta_rad)
         self._chamber = chamber
         threshold_m = self._contact_factor * width_m
+        if not (in_mouth or self.contact.tells(head_sd_m, threshold_m)):
+            self.gaps.contact_untold_s += self._interval_s
+            return theta_dot, None, closed
+        closed += self._heed_untold_contact(stamp_ns)
         contact, resolved = self.contact.push(
             stamp_ns, theta_rad, self.radius_m - r_h_m, head_m, threshold_m, in_mouth=in_mouth
         )
         return theta_dot, contact, closed + self._take_resolved(resolved)
+
+    def _heed_untold_contact(self, stamp_ns: int) -> list[ClosedEpisode]:
+        """End the episode that was open before contact could not be told for too long."""
+        last_ns, closed = self.gaps.contact_told_ns, list[ClosedEpisode]()
+        if last_ns is not None and stamp_ns - last_ns > self._max_gap_ns:
+            gap_s = (stamp_ns - last_ns) / NS_PER_S
+            gap_s = gap_s if gap_s <= self._max_bridged_s else nan
+            closed = self._end_approach(into_exit=False, gap_s=gap_s)
+        self.gaps.contact_told_ns = stamp_ns
+        return closed
 
     def _take_resolved(self, resolved: Sequence[ResolvedFrame]) -> list[ClosedEpisode]:
         """Take frames of which contact is now known for good."""
@@ -195,7 +218,9 @@ class WallSearch:
                 observables.psi_b_rad,
                 observables.psi_h_rad,
                 nan if contact is None else contact,
-                (self.radius_m - observables.r_h_m) / width_m if width_m else nan,
+                (self.radius_m - observables.r_h_m) / width_m
+                if width_m and contact is not None
+                else nan,
             ),
         )
         if enough:
@@ -252,7 +277,8 @@ class WallSearch:
 
     def enter_exit(self, stamp_ns: int) -> list[ClosedEpisode]:
         """Say that the head is in the exit in this frame; return what that ends."""
-        seen = self._last_ns is not None and stamp_ns - self._last_ns <= self._max_gap_ns
+        told_ns = self.gaps.contact_told_ns
+        seen = told_ns is not None and stamp_ns - told_ns <= self._max_gap_ns
         if seen:
             self.sensitivity.ended_in_exit(self._approaches)
         self.gaps.in_exit = True
@@ -261,6 +287,7 @@ class WallSearch:
 
     def _end_approach(self, *, into_exit: bool, gap_s: float = nan) -> list[ClosedEpisode]:
         closed = self._take_resolved(self.contact.cut())
+        self.gaps.contact_told_ns = None
         self._approach.reset()
         self.collisions.break_off()
         self._approaches += 1

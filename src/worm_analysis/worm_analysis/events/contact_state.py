@@ -36,6 +36,10 @@ class ContactStateSettings:
         A track that ends sooner is told by the law that is begun with.
     clear_touch_deviations : float
         Within so many standard deviations of its mean a depth is one in contact.
+    most_depth_sd : float
+        Contact is told of a head whose depth is as sure as that, in thresholds: it was within one
+        of where it was given in 99.6 % of such frames, and in 80 % of others (17 834 frames of 19
+        films of folds with exact truth).
     fewest_pairs : int
         Pairs of neighbouring frames in contact that the noise's correlation needs; 0 with fewer.
     depth_law : DepthLawSettings
@@ -46,6 +50,7 @@ class ContactStateSettings:
     first_fit_s: float = 15.0
     shortest_fit_s: float = 3.0
     clear_touch_deviations: float = 2.5
+    most_depth_sd: float = 0.5
     fewest_pairs: int = 100
     depth_law: DepthLawSettings = DEPTH_LAW
 
@@ -145,6 +150,21 @@ class HiddenContact:
     def is_fitted(self) -> bool:
         """Whether enough was seen for the law to be the trial's own."""
         return self._seen_s >= self._settings.shortest_fit_s
+
+    def tells(self, depth_sd_m: float, threshold_m: float) -> bool:
+        """Say whether contact can be told of a head that is known so surely, wherever it is.
+
+        One that is not may be clear of the wall, and never clearly at it: were it counted there,
+        contacts would be missed more often than excursions, and the latter seem longer.
+
+        Parameters
+        ----------
+        depth_sd_m : float
+            How far R − r_h may be off; NaN counts as 0.
+        threshold_m : float
+            The distance that counts as contact.
+        """
+        return threshold_m > 0 and not depth_sd_m > self._settings.most_depth_sd * threshold_m
 
     def push(
         self,

@@ -52,6 +52,7 @@ _KINDS = {
     "status": pa.string(),
     "confidence": _FLOAT64,
     "head_certainty": _FLOAT64,
+    "head_sd_mm": _FLOAT64,
     **{f"{point}_{axis}_px": _FLOAT64 for point in KEYPOINTS for axis in "uv"},
     **{f"{point}_{axis}_mm": _FLOAT64 for point in KEYPOINTS for axis in "xy"},
     **{f"{point}_yaw_deg": _FLOAT64 for point in KEYPOINTS},
@@ -71,8 +72,12 @@ SCHEMA = table_schema(
     "chamber is in view they are those of the picture, y down.",
     (frame_column(name, kind) for name, kind in _KINDS.items()),
 )
-READ = [field.name for field in SCHEMA if not pa.types.is_list(field.type)]
-"""The columns that are read: all but the midlines."""
+READ = [
+    field.name
+    for field in SCHEMA
+    if not pa.types.is_list(field.type) and field.name != "head_sd_mm"
+]
+"""The columns that are read: all but the midlines, and what earlier results do not have."""
 
 
 def track_row(state: BodyState, midline: Midline, observables: Observables) -> Row:
@@ -89,6 +94,7 @@ def track_row(state: BodyState, midline: Midline, observables: Observables) -> R
         "status": state.status.label,
         "confidence": state.confidence,
         "head_certainty": state.head_certainty,
+        "head_sd_mm": MM_PER_M * state.head_sd_m,
         "midline_u_px": midline.u_px.astype("float32"),
         "midline_v_px": midline.v_px.astype("float32"),
         "midline_width_px": midline.width_px.astype("float32"),

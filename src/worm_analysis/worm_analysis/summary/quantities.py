@@ -273,6 +273,12 @@ MOTION = (
     _gap("bridged", "over which the direction is followed"),
     _gap("missing", "too long for the direction to be followed"),
     Definition(
+        "search_contact_untold", "1", "search contact untold", "search contact untold",
+        "part of the search in which contact cannot be told: a head on the body, not well placed",
+        "search_contact_untold", by.exact("search_contact_untold"), "seconds of search", needs="",
+        undetermined="no search was seen",
+    ),
+    Definition(
         "reversal_rate", "1/s", "reversal rate", "reversal rate",
         "sign changes of θ̇<sub>h</sub> per time", "reversal_rate", by.reversal_rate,
         "seconds with a direction", bounds=(0.0, inf),

@@ -237,6 +237,7 @@ def states_of(rows: Rows, placed: Placed) -> Iterator[BodyState]:
         rows.column("width_px").tolist(),
         (rows.column("length_mm") / MM_PER_M).tolist(),
         (rows.column("width_mm") / MM_PER_M).tolist(),
+        (rows.values.get("head_sd_mm", np.zeros(len(rows))) / MM_PER_M).tolist(),
     )
     for frame, stamp_ns, in_b, place, code, *rest in zip(*columns, strict=True):
         yield BodyState(frame, stamp_ns, names[in_b], where[place], status[code], 1, *rest)
@@ -282,6 +283,7 @@ class TrackWriter:
         for name in ("confidence", "head_certainty", "length_mm", "width_mm", "length_px"):
             columns[name] = rows.column(name)
         columns["width_px"] = rows.column("width_px")
+        columns["head_sd_mm"] = rows.values.get("head_sd_mm")
         for point in KEYPOINTS:
             columns[f"{point}_x_mm"] = placed.x_mm[point]
             columns[f"{point}_y_mm"] = placed.y_mm[point]

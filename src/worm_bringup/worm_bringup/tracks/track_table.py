@@ -27,6 +27,7 @@ REAL = (
     "time_s",
     "confidence",
     "head_certainty",
+    "head_sd_mm",
     *(f"{point}_{axis}_px" for point in KEYPOINTS for axis in "uv"),
     *(f"{point}_{axis}_mm" for point in KEYPOINTS for axis in "xy"),
     *(f"{point}_yaw_deg" for point in KEYPOINTS),

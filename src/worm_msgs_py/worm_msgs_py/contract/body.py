@@ -67,6 +67,10 @@ class BodyState:
         Length along the midline from tip to tip; mean width over the body's middle part.
     length_m, width_m : float
         The same in metres; NaN where no scale is known.
+    head_sd_m : float
+        How far the head's tip may be, along the body, from where it is given: a standard deviation.
+        0 where its outline shows it, or where nothing is said of it; a head that lies on the body
+        is known less well.
     """
 
     frame: int
@@ -84,6 +88,7 @@ class BodyState:
     width_px: float = nan
     length_m: float = nan
     width_m: float = nan
+    head_sd_m: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)

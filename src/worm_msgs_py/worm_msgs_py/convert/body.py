@@ -22,6 +22,7 @@ _REAL = (
     "width_px",
     "length_m",
     "width_m",
+    "head_sd_m",
 )
 _JOINT_NAMES = [
     *_WHOLE,
@@ -52,7 +53,10 @@ def body_state_to_msg(state: BodyState) -> JointState:
 
 @strict
 def body_state_from_msg(msg: JointState) -> BodyState:
-    """Read a state; MalformedMessage where a name is missing, others are left."""
+    """Read a state; MalformedMessage where a name is missing, others are left.
+
+    `head_sd_m` may be missing: trackers of others need not say it.
+    """
     values = joints_from_msg(msg)
     head, centroid, tail = (
         Keypoint(*(values[f"{point}_{name}"] for name in _KEYPOINT_FIELDS)) for point in KEYPOINTS
@@ -73,6 +77,7 @@ def body_state_from_msg(msg: JointState) -> BodyState:
         width_px=values["width_px"],
         length_m=values["length_m"],
         width_m=values["width_m"],
+        head_sd_m=values.get("head_sd_m", 0.0),
     )
 
 

@@ -31,6 +31,11 @@ _COLUMNS = {
         PLAIN,
         "0.5 (a coin's toss) to 1: how sure it is that head and tail are not exchanged.",
     ),
+    "head_sd_mm": (
+        "mm",
+        "How far the head tip may be, along the body, from where it is given: a standard "
+        "deviation; 0 where its outline shows it. A head on the body is known less well.",
+    ),
     "midline_u_px": ("px", f"The midline from head to tail, {_RIGHT}."),
     "midline_v_px": ("px", f"The same points, {_DOWN}."),
     "midline_width_px": ("px", "The body's width across the midline at these points."),
@@ -57,7 +62,8 @@ _COLUMNS = {
     "contact": (
         NO_UNIT,
         "Whether R − r_h < 0.3·d_w, the head's radius taken without noise where it was measured; "
-        "null where it cannot be told: no head, no wall, or in the passage.",
+        "null where it cannot be told: no head, no wall, in the passage, or a head on the body "
+        "whose place (`head_sd_mm`) is not known well enough.",
     ),
     "circle_u_px": ("px", f"Centre of the chamber's wall, {_RIGHT}."),
     "circle_v_px": ("px", f"Centre of the chamber's wall, {_DOWN}."),

@@ -101,6 +101,7 @@ def tracked_frame(
         width_px=seen.width,
         length_m=length / scale,
         width_m=seen.width / scale,
+        head_sd_m=seen.end_sd_px[0] / scale if head_seen else 0.0,
     )
     midline = _midline(seen, chamber, scale) if body else Midline.empty()
     return TrackedFrame(state, midline, geometry)
@@ -121,6 +122,7 @@ def taken_back(frame: TrackedFrame) -> TrackedFrame:
         width_px=nan,
         length_m=nan,
         width_m=nan,
+        head_sd_m=0.0,
     )
     return replace(frame, state=state, midline=Midline.empty())
 
