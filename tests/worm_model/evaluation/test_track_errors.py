@@ -188,6 +188,8 @@ def test_contact_that_is_not_told_is_not_right():
     result = compared(change, truth)
     assert value(result, "contact_agreement") == pytest.approx(160 / 190)
     assert result["contact_agreement"].n == 190
+    assert value(result, "contact_told") == pytest.approx(170 / 190)
+    assert value(result, "contact_agreement_where_told") == pytest.approx(160 / 170)
 
 
 def test_episodes_that_were_missed_invented_or_split_lower_recall_and_precision():

@@ -121,7 +121,8 @@ def evaluate_tracks(
     -----
     Tip errors are distances of the head given from the true head, so an exchange of the ends
     costs the body's length; ``tip_nearer_end`` is free of that. A frame of the truth that the
-    tracks lack counts as not tracked, and what they do not decide (contact, where) as wrong.
+    tracks lack counts as not tracked, and what they do not decide (contact, where) as wrong, but in
+    ``contact_agreement_where_told``; ``contact_told`` is the part of which they decide it.
     """
     key, said, true = common_rows(tracks, truth, settings)
     pair = _Pair(tracks, truth, said, true, settings)
@@ -246,11 +247,15 @@ def _wall_figures(pair: _Pair) -> Iterator[Figure]:
         yield from pair.median_and_95("r_h_error", np.abs(said[pair.said] - true[pair.true]), "mm")
     contact, true_contact = pair.tracks.contact, pair.truth.contact
     if contact is None or true_contact is None:
-        yield Figure("contact_agreement", None, "", 0, "no column contact")
+        names = ("contact_agreement", "contact_agreement_where_told", "contact_told")
+        yield from (Figure(name, None, "", 0, "no column contact") for name in names)
         return
     known = np.isfinite(true_contact)
-    agrees = pair.spread(contact, np.nan) == true_contact
+    all_said = pair.spread(contact, np.nan)
+    told, agrees = np.isfinite(all_said), all_said == true_contact
     yield pair.share_right("contact_agreement", agrees[known])
+    yield pair.share_right("contact_agreement_where_told", agrees[known & told])
+    yield pair.share_right("contact_told", told[known])
 
 
 def _episode_figures(pair: _Pair) -> Iterator[Figure]:
