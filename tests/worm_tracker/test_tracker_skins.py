@@ -14,6 +14,7 @@ from worm_model.simulator.folded_worms import (
     rig_for,
 )
 from worm_model.simulator.rig.skins import read_skins
+from worm_model.simulator.rig.strands import is_folded
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import Tracker
 
@@ -50,6 +51,25 @@ def test_a_real_skin_is_tracked_to_its_tips_and_as_wide_as_it_is(name):
     assert np.median(tips) < 2.0
     assert np.median(centroids) < 2.5  # the half-height edges of soft flanks are good to 0.3 px
     assert np.median(widths) == pytest.approx(1.0, abs=0.05)
+
+
+def test_the_centroid_of_a_folded_body_is_that_of_all_of_it_where_its_skin_is_pale():
+    """What stands out from the background is narrower there, by a width and a half of centroid."""
+    look, skin = LOOKS["skin_w4"], read_skins()["w4"]
+    worm = read_folded_worms(WORMS)["4003"]
+    worm = replace(worm, midlines_mm=worm.midlines_mm[320:410])
+    tracker, given, true, folded = Tracker(TrackerParameters()), [], [], []
+    for frame, body in film_worm(rig_for(look, seed=4003), worm, look, skin):
+        true.append((frame.truth.centroid_u_px, frame.truth.centroid_v_px))
+        folded.append(is_folded(body))
+        given += tracker.push(frame.picture, frame.stamp_ns)
+    given += tracker.finish()
+    told = np.array([(one.state.centroid.u_px, one.state.centroid.v_px) for one in given])
+    away = np.hypot(*(told - true).T)
+    posed = np.array([one.state.status.has_pose for one in given])
+    assert (posed & folded).sum() > 30
+    assert np.median(away[posed & folded]) < 3.0
+    assert away[posed & folded].max() < 10.0
 
 
 def test_a_tail_near_the_threshold_is_part_of_a_worm_at_every_length_of_its_stroke():

@@ -172,9 +172,13 @@ class Unexplained:
         """All of it."""
         return self.left_over + self.in_water + self.overlap
 
-    def centroid(self) -> complex:
-        """Return that of what of the object is near the body, u + iv in the masks' coordinates."""
-        return complex(*mask_centroid(self.near))
+    def centroid(self, *, is_marked: bool) -> complex:
+        """Return that of the body's area, u + iv in the masks' coordinates.
+
+        The object's near the body; of a skin with marks the body's own, as it is drawn: the object
+        is narrower where the skin is pale, which moves the centroid by up to a width and a half.
+        """
+        return complex(*mask_centroid(self.body if is_marked else self.near))
 
     def over_limits(self, width: float, settings: BodyResidualSettings) -> float:
         """Return how many times what may be left over is, for a body of some width in pixels."""

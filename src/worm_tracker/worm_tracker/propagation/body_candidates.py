@@ -128,7 +128,7 @@ class CandidateSearch:
             path,
             found.agreement,
             expected,
-            self.origin + found.unexplained.centroid(),
+            self.origin + found.unexplained.centroid(is_marked=is_marked(model, self.settings)),
             (
                 max(first, (lacks_first or differs_first) * width),
                 max(last, (lacks_last or differs_last) * width),
