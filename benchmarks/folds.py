@@ -39,7 +39,7 @@ from benchmarks.fold_films import (
 from benchmarks.fold_overlays import write_contact_sheet
 from benchmarks.hidden_ends import hides_end
 from benchmarks.midline_distance import at_even_steps, frechet_px, largest, largest_of_parts_px
-from worm_analysis.events.contact_state import HiddenContact
+from worm_analysis.events.contact_state import tells_contact
 from worm_msgs_py import TrackedFrame
 from worm_msgs_py.contract.body import SURE_HEAD_CERTAINTY
 from worm_msgs_py.paper import CONTACT_DISTANCE_WIDTHS as CONTACT_WIDTHS
@@ -146,7 +146,7 @@ def score(tracked: TrackedFrame, film: FoldFilm, frame: int) -> FrameScore:
     at_exit = x_mm > 0 and abs(y_mm) < 0.5 * film.exit_width_mm
     r_mm = float(np.hypot(x_mm, y_mm))
     gap_m, threshold_m = (film.radius_mm - r_mm) / MM_PER_M, CONTACT_WIDTHS * state.width_m
-    tells = np.isfinite(gap_m) and HiddenContact().tells(state.head_sd_m, threshold_m)
+    tells = np.isfinite(gap_m) and tells_contact(state.head_sd_m, threshold_m)
     return FrameScore(
         status=status,
         certainty=certainty,

@@ -13,9 +13,6 @@ class ThresholdContact:
     def __init__(self, settings):
         """Take the settings of what it stands in for: one threshold has none."""
 
-    def tells(self, depth_sd_m, threshold_m):
-        return threshold_m == threshold_m
-
     def push(self, stamp_ns, theta_rad, depth_m, head_m, threshold_m, *, in_mouth):
         if threshold_m != threshold_m:
             return None, []

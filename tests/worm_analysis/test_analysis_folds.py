@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from folded_tracks import folded
+from unbiased import assert_unbiased
 from walked_tracks import GEOMETRY, R, track_from_polar
 
 from worm_analysis.analysis import Analysis
@@ -46,13 +47,7 @@ def trials(max_bridged_s):
 @pytest.mark.parametrize("name", TRUTH)
 def test_reversals_in_folds_are_counted_without_bias(name):
     answers = [numbers[name] for numbers, _ in trials(10.0)]
-    inside = [answer.low <= TRUTH[name] <= answer.high for answer in answers]
-    # At 95 % each, fewer than six of eight happens once in two hundred times.
-    assert sum(inside) >= 6, [(a.low, a.value, a.high) for a in answers]
-    values = np.array([answer.value for answer in answers])
-    error = values.std(ddof=1) / np.sqrt(len(values))
-    assert abs(values.mean() - TRUTH[name]) < 2.5 * error
-    assert error < 0.15 * TRUTH[name]
+    assert_unbiased(answers, TRUTH[name], most_error=0.15)
 
 
 @pytest.mark.parametrize("name", TRUTH)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from analysed_states import analyse, by_name
 from folded_tracks import folded
+from unbiased import assert_unbiased
 from walked_tracks import BODY_WIDTH, START_NS, R, track_from_polar
 
 from worm_msgs_py import Episode
@@ -46,13 +47,7 @@ def trials(is_said):
 @pytest.mark.parametrize("name", TRUTH)
 def test_heads_that_are_said_to_be_unsure_bias_neither_contacts_nor_hops(name):
     answers = [numbers[name] for numbers in trials(True)]
-    inside = [answer.low <= TRUTH[name] <= answer.high for answer in answers]
-    # At 95 % each, fewer than six of eight happens once in two hundred times.
-    assert sum(inside) >= 6, [(a.low, a.value, a.high) for a in answers]
-    values = np.array([answer.value for answer in answers])
-    error = values.std(ddof=1) / np.sqrt(len(values))
-    assert abs(values.mean() - TRUTH[name]) < 2.5 * error
-    assert error < 0.15 * TRUTH[name]
+    assert_unbiased(answers, TRUTH[name], most_error=0.15)
 
 
 @pytest.mark.parametrize("name", ["d_c", "d_nc"])

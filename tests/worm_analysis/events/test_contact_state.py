@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worm_analysis.events.contact_state import ContactStateSettings, HiddenContact
+from worm_analysis.events.contact_state import ContactStateSettings, HiddenContact, tells_contact
 from worm_analysis.events.excursion_depth import ExcursionDepth, RadiusNoise
 
 THRESHOLD, TOUCH = 1.2e-4, 0.4e-4
@@ -145,9 +145,9 @@ def test_the_largest_of_noisy_depths_is_not_too_large(shape, kept):
 
 @given(st.floats(0.0, 1e-3), st.floats(1e-5, 1e-3))
 def test_contact_is_told_of_a_head_placed_to_half_a_threshold(depth_sd, threshold):
-    assert HiddenContact().tells(depth_sd, threshold) == (depth_sd <= 0.5 * threshold)
+    assert tells_contact(depth_sd, threshold) == (depth_sd <= 0.5 * threshold)
 
 
 def test_contact_is_not_told_without_a_width_and_is_where_a_head_is_said_nothing_of():
-    assert not HiddenContact().tells(0.0, np.nan)
-    assert HiddenContact().tells(np.nan, THRESHOLD)
+    assert not tells_contact(0.0, np.nan)
+    assert tells_contact(np.nan, THRESHOLD)

@@ -15,7 +15,7 @@ from worm_analysis.accumulators.frame_rows import FrameRows, Frames
 from worm_analysis.accumulators.frame_sums import FrameSums
 from worm_analysis.accumulators.settings import SEARCH, SearchSettings
 from worm_analysis.accumulators.swimming_speed import SpeedLaw
-from worm_analysis.events.contact_state import HiddenContact, ResolvedFrame
+from worm_analysis.events.contact_state import HiddenContact, ResolvedFrame, tells_contact
 from worm_analysis.events.contacts import Approach, ClosedEpisode, ContactEpisodes
 from worm_analysis.events.excursion_depth import RadiusNoise
 from worm_analysis.kinematics.angular_speed import AngularSpeed
@@ -136,7 +136,7 @@ class WallSearch:
         width_m: float,
         *,
         in_mouth: bool,
-        head_sd_m: float = 0.0,
+        head_sd_m: float,
     ) -> tuple[float, bool | None, list[ClosedEpisode]]:
         """Take the head's position in a frame.
 
@@ -168,7 +168,7 @@ class WallSearch:
         theta_dot = self._speed.push(stamp_ns, theta_rad)
         self._chamber = chamber
         threshold_m = self._contact_factor * width_m
-        if not (in_mouth or self.contact.tells(head_sd_m, threshold_m)):
+        if not (in_mouth or tells_contact(head_sd_m, threshold_m, self.settings.contact)):
             self.gaps.contact_untold_s += self._interval_s
             return theta_dot, None, closed
         closed += self._heed_untold_contact(stamp_ns)

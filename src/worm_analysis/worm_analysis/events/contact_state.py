@@ -58,6 +58,25 @@ class ContactStateSettings:
 CONTACT_STATE = ContactStateSettings()
 
 
+def tells_contact(
+    depth_sd_m: float, threshold_m: float, settings: ContactStateSettings = CONTACT_STATE
+) -> bool:
+    """Say whether contact can be told of a head that is placed so surely, wherever it is.
+
+    One that is not may be clear of the wall, and never clearly at it: were it counted there,
+    contacts would be missed more often than excursions, and the latter seem longer.
+
+    Parameters
+    ----------
+    depth_sd_m : float
+        How far R − r_h may be off; NaN counts as 0.
+    threshold_m : float
+        The distance that counts as contact; NaN where it is not known.
+    settings : ContactStateSettings
+    """
+    return threshold_m > 0 and not depth_sd_m > settings.most_depth_sd * threshold_m
+
+
 class ResolvedFrame(NamedTuple):
     """A frame of which it is settled whether the head touches the wall.
 
@@ -150,21 +169,6 @@ class HiddenContact:
     def is_fitted(self) -> bool:
         """Whether enough was seen for the law to be the trial's own."""
         return self._seen_s >= self._settings.shortest_fit_s
-
-    def tells(self, depth_sd_m: float, threshold_m: float) -> bool:
-        """Say whether contact can be told of a head that is known so surely, wherever it is.
-
-        One that is not may be clear of the wall, and never clearly at it: were it counted there,
-        contacts would be missed more often than excursions, and the latter seem longer.
-
-        Parameters
-        ----------
-        depth_sd_m : float
-            How far R − r_h may be off; NaN counts as 0.
-        threshold_m : float
-            The distance that counts as contact.
-        """
-        return threshold_m > 0 and not depth_sd_m > self._settings.most_depth_sd * threshold_m
 
     def push(
         self,

@@ -274,7 +274,7 @@ MOTION = (
     _gap("missing", "too long for the direction to be followed"),
     Definition(
         "search_contact_untold", "1", "search contact untold", "search contact untold",
-        "part of the search in which contact cannot be told: a head on the body, not well placed",
+        "part of the search in which contact cannot be told: head not well placed, or no width",
         "search_contact_untold", by.exact("search_contact_untold"), "seconds of search", needs="",
         undetermined="no search was seen",
     ),
