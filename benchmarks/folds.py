@@ -74,6 +74,9 @@ HEADINGS = (  # heading, figure, digits
     ("right %", "contact_right", 1),
     ("length open %", "length_right_open", 1),
     ("folded", "length_right_folded", 1),
+    ("psi_b ° open", "psi_b_deg_open", 2),
+    ("folded", "psi_b_deg_folded", 2),
+    ("99 %", "psi_b_deg_folded_99", 1),
     ("ms open", "ms_open", 1),
     ("99 %", "ms_open_99", 1),
     ("ms folded", "ms_folded", 1),
@@ -104,6 +107,8 @@ class FrameScore:
         place is not known well enough to tell.
     length : float
         What is told over the true one.
+    psi_b_deg : float
+        By how much the direction of the body vector, from the centroid to the head, is off.
     """
 
     status: str
@@ -118,6 +123,7 @@ class FrameScore:
     in_wall: bool = False
     contact: bool | None = None
     length: float = np.nan
+    psi_b_deg: float = np.nan
 
 
 def score(tracked: TrackedFrame, film: FoldFilm, frame: int) -> FrameScore:
@@ -160,7 +166,12 @@ def score(tracked: TrackedFrame, film: FoldFilm, frame: int) -> FrameScore:
         in_wall=bool(r_mm > film.radius_mm + BEYOND_WALL_MM and not at_exit),
         contact=gap_m < threshold_m if tells else None,
         length=state.length_px / float(np.hypot(*np.diff(true, axis=0).T).sum()),
+        psi_b_deg=_degrees_between(head - centroid, true[0] - film.centroid_px[frame]),
     )
+
+
+def _degrees_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    return abs(float(np.degrees(np.angle(complex(*a) / complex(*b)))))
 
 
 def track(film: FoldFilm, frames: int) -> tuple[list[FrameScore], list[float], list[Any]]:
@@ -183,7 +194,15 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
     folded = film.folded[: len(scores)]
     table = {
         name: np.array([getattr(each, name) for each in scores], dtype=np.float64)
-        for name in ("certainty", "head_px", "centroid_px", "midline_px", "by_arc_px", "length")
+        for name in (
+            "certainty",
+            "head_px",
+            "centroid_px",
+            "midline_px",
+            "by_arc_px",
+            "length",
+            "psi_b_deg",
+        )
     } | {
         name: np.array([getattr(each, name) for each in scores], dtype=bool)
         for name in ("has_pose", "swapped", "in_wall")
@@ -200,6 +219,7 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
     agreed = np.array([bool(each) for each in said]) == film.contact[: len(scores)]
     measured_length = pose & np.isfinite(table["length"])
     near_length = np.abs(table["length"] - 1.0) < MOST_LENGTH_ERROR
+    certain_pose = pose & certain
     spent = np.array(ms)
     truth = film.midline_px, film.half_width_px
     hidden = np.array([hides_end(*each, film.width_px) for each in zip(*truth, strict=True)])
@@ -217,9 +237,9 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
         "folded_right_of_others": _percent(right[folded & ~hidden]),
         "folded_unmarked": _percent(unmarked[folded]),
         "unmarked": _percent(unmarked),
-        "head_px_open": _median(table["head_px"][right & ~folded]),
-        "centroid_px_open": _median(table["centroid_px"][~folded]),
-        "centroid_px_folded": _median(table["centroid_px"][folded]),
+        "head_px_open": _quantile(table["head_px"][right & ~folded]),
+        "centroid_px_open": _quantile(table["centroid_px"][~folded]),
+        "centroid_px_folded": _quantile(table["centroid_px"][folded]),
         "swapped_certain": int((given & certain & table["swapped"]).sum()),
         "off_worm": int((pose & (off > OFF_WORM_PX)).sum()),
         "in_wall": int(table["in_wall"].sum()),
@@ -227,6 +247,9 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
         "contact_right": _percent(agreed[told]),
         "length_right_open": _percent(near_length[measured_length & ~folded]),
         "length_right_folded": _percent(near_length[measured_length & folded]),
+        "psi_b_deg_open": _quantile(table["psi_b_deg"][certain_pose & ~folded]),
+        "psi_b_deg_folded": _quantile(table["psi_b_deg"][certain_pose & folded]),
+        "psi_b_deg_folded_99": _quantile(table["psi_b_deg"][certain_pose & folded], 0.99),
         **_times("open", spent[~folded]),
         **_times("folded", spent[folded]),
         "statuses": dict(Counter(each.status for each in scores)),
@@ -241,9 +264,9 @@ def _percent(hits: NDArray[np.bool_]) -> float | None:
     return 100.0 * float(hits.mean()) if len(hits) else None
 
 
-def _median(values: NDArray[np.float64]) -> float | None:
+def _quantile(values: NDArray[np.float64], part: float = 0.5) -> float | None:
     known = values[np.isfinite(values)]
-    return float(np.median(known)) if len(known) else None
+    return float(np.quantile(known, part)) if len(known) else None
 
 
 def _times(which: str, ms: NDArray[np.float64]) -> dict[str, float | None]:

@@ -10,7 +10,7 @@ from drawn_folds import NODES_PER_WIDTH, Drawn
 from worm_tracker.midline.body_residual import ObjectMasks
 from worm_tracker.midline.hidden_slack import HiddenSlackSettings, without_slack
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 
 WIDTH = 12.0
 STRAIGHT = [(24.0, 0.02)]

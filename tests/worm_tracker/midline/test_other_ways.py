@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from worm_tracker.midline.other_ways import OtherWaysSettings, add_if_new, other_ways
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 
 WIDTH = 12.0
 EXCHANGE, SETTINGS = StrandExchangeSettings(most_apart_widths=1.0), OtherWaysSettings()

@@ -8,13 +8,12 @@ from scipy.ndimage import minimum_filter
 
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import (
-    StrandExchangeSettings,
     doubtful_loops,
     exchanged_strands,
-    meetings,
     part_of,
     turned_at_end,
 )
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings, meetings
 
 WIDTH = 15.0
 SETTINGS = StrandExchangeSettings()

@@ -6,7 +6,8 @@ from drawn_folds import laid
 from marked_skins import PLACES, drawn_along, marks_from, shaded
 
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings, loops_otherwise
+from worm_tracker.midline.strand_exchange import loops_otherwise
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 from worm_tracker.midline.way_by_marks import MarksOnPath, WayByMarksSettings, marked_loops
 
 WIDTH = 12.0

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings, loops_otherwise
+from worm_tracker.midline.strand_exchange import loops_otherwise
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 from worm_tracker.midline.way_by_widths import (
     WayByWidthsSettings,
     loops_by_widths,

@@ -9,7 +9,8 @@ from drawn_folds import LEVEL, Drawn, rounded_widths
 
 from worm_tracker.midline.body_residual import ObjectMasks
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings, turned_at_end
+from worm_tracker.midline.strand_exchange import turned_at_end
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
 from worm_tracker.propagation.propagation import propagate

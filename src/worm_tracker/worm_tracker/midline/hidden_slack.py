@@ -12,7 +12,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Complex
 from worm_tracker.midline.path import BodyPath, evenly, nodes_for
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings, meetings
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings, meetings
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,11 +14,8 @@ import numpy as np
 from worm_msgs_py.arrays import Picture
 from worm_tracker.midline.curve import TRACKED_POINTS
 from worm_tracker.midline.path import BodyPath, evenly, nodes_for
-from worm_tracker.midline.strand_exchange import (
-    StrandExchangeSettings,
-    exchanges,
-    turned_at_end,
-)
+from worm_tracker.midline.strand_exchange import exchanges, turned_at_end
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 
 
 @dataclass(frozen=True, slots=True)

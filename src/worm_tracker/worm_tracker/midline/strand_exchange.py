@@ -1,52 +1,33 @@
 """Tells by its bends whether two strands of a body that meet cross each other or turn back.
 
 Both cover the same of the picture. A body goes on as straight as it can: where its strands bend to
-get past each other, it is the other way, and what lies between them is passed the other way round.
+get past each other, it is the other way, and what lies between them is passed the other way round;
+or two strands that lead to the same places are passed in the other order (`strand_order.py`).
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import ceil
 
 import numpy as np
-from numba import types
-from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex
-from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.path import BodyPath, evenly
-
-
-@dataclass(frozen=True, slots=True)
-class StrandExchangeSettings:
-    """Which strands meet, and how much straighter the other way must be."""
-
-    least_apart_along_widths: float = 2.5
-    """How far along the body two strands are apart at least."""
-    most_apart_widths: float = 0.6
-    """How far apart they may be where they meet."""
-    direction_stretch_widths: float = 0.5
-    """Length of the stretches between which a strand's turn is taken."""
-    window_widths: float = 2.0
-    """How much of a strand to either side of the place where they meet is compared."""
-    joint_widths: float = 0.8
-    """How much of it is laid anew."""
-    most_end_apart_widths: float = 1.0
-    """How far from a strand an end may be that lies on it."""
-    least_gain_rad2: float = 0.2
-    """Sum of the squared turns that the other way must have less in a frame."""
-    least_gain_at_end_rad2: float = 0.35
-    """How much straighter than asked of others a loop must be the other way that an end closes:
-    an end that lies on a strand hardly shows how it bends."""
-    least_gain_in_all_rad2: float = 1.0
-    kept_gain: float = 0.8
-    """Sum of that over the last frames from which on it is believed, and what is kept of it in a
-    frame: strands that slide past each other bend for a moment."""
+from worm_tracker.midline.strand_meetings import (
+    StrandExchangeSettings,
+    joint_nodes,
+    meetings,
+    turn_nodes,
+    turned2,
+    window_nodes,
+)
+from worm_tracker.midline.strand_order import other_orders
 
 
 @dataclass(frozen=True, slots=True)
 class DoubtfulLoop:
     """A loop of which the picture does not tell which way round it is passed.
+
+    Or a part of the body of which it does not tell in which order it is.
 
     Attributes
     ----------
@@ -76,17 +57,18 @@ def exchanged_strands(
     settings : StrandExchangeSettings
     """
     best, exchanged = settings.least_gain_rad2, None
-    for _, _, gain, again in _other_ways(path.curve, width, path.step, settings):
+    for gain, _, again in _loops_between_strands(path, width, settings):
         if gain > best:
             best, exchanged = gain, again
     return (None, 0.0) if exchanged is None else (BodyPath(exchanged), best)
 
 
 def exchanges(path: BodyPath, width: float, settings: StrandExchangeSettings) -> list[BodyPath]:
-    """Return the paths with two strands exchanged, one for each place where two meet."""
-    return [
-        BodyPath(again) for _, _, _, again in _other_ways(path.curve, width, path.step, settings)
-    ]
+    """Return the paths with two strands exchanged, one for each place where two meet.
+
+    And those that pass two strands in the other order.
+    """
+    return [BodyPath(again) for _, _, again in _loops_between_strands(path, width, settings)]
 
 
 def doubtful_loops(
@@ -162,7 +144,7 @@ def turned_at_end(
     met = _met_by_end(curve, width, path.step, settings)
     if met is None:
         return None
-    line = _passed_other_way(curve, met, _joint(width, path.step, settings))
+    line = _passed_other_way(curve, met, joint_nodes(width, path.step, settings))
     return BodyPath(line if last_end else line[::-1])
 
 
@@ -176,7 +158,10 @@ def _met_by_end(
         return None
     away = np.abs(strand - curve[-1])
     i = int(away.argmin())
-    if away[i] > settings.most_end_apart_widths * width or i < _joint(width, step, settings) + 2:
+    if (
+        away[i] > settings.most_end_apart_widths * width
+        or i < joint_nodes(width, step, settings) + 2
+    ):
         return None
     return i
 
@@ -197,10 +182,20 @@ def _loops(
 def _loops_between_strands(
     path: BodyPath, width: float, settings: StrandExchangeSettings
 ) -> Iterator[tuple[float, DoubtfulLoop, Complex]]:
-    """Yield each loop between two strands that meet, as `_loops` does."""
-    last, joint = len(path.curve) - 1, _joint(width, path.step, settings)
-    for i, j, gain, again in _other_ways(path.curve, width, path.step, settings):
-        breadth = _breadth(path.curve[i : j + 1])
+    """Yield each loop between two strands that meet, as `_loops` does; and each other order."""
+    curve, step, last = path.curve, path.step, len(path.curve) - 1
+    joint = joint_nodes(width, step, settings)
+    window, reach = window_nodes(width, step, settings), turn_nodes(width, step, settings)
+    met = meetings(curve, width, step, settings)
+    for i, j in met:
+        if i < joint or j > last - joint or j - i <= 2 * joint:
+            continue
+        again = _exchanged(curve, i, j, joint)
+        gain = turned2(curve, i, j, window, reach) - turned2(again, i, j, window, reach)
+        loop = DoubtfulLoop((i - joint) / last, (j + joint) / last, _breadth(curve[i : j + 1]))
+        yield gain, loop, again
+    for i, j, gain, again in other_orders(curve, met, width, step, settings):
+        breadth = float(np.abs(again - curve).max())
         yield gain, DoubtfulLoop((i - joint) / last, (j + joint) / last, breadth), again
 
 
@@ -211,15 +206,15 @@ def _loops_at_ends(
 
     Less straight by what an end must tell more.
     """
-    last, joint = len(path.curve) - 1, _joint(width, path.step, settings)
-    window, reach = _window(width, path.step, settings), _turn_stretch(width, path.step, settings)
+    last, joint = len(path.curve) - 1, joint_nodes(width, path.step, settings)
+    window, reach = window_nodes(width, path.step, settings), turn_nodes(width, path.step, settings)
     for last_end in (False, True):
         curve = path.curve if last_end else path.curve[::-1]
         i = _met_by_end(curve, width, path.step, settings)
         if i is None:
             continue
         again = _passed_other_way(curve, i, joint)
-        gain = _turned2(curve, i, last, window, reach) - _turned2(again, i, last, window, reach)
+        gain = turned2(curve, i, last, window, reach) - turned2(again, i, last, window, reach)
         gain -= settings.least_gain_at_end_rad2
         beyond = (i - joint) / last
         part = (beyond, 1.0) if last_end else (0.0, 1 - beyond)
@@ -230,94 +225,6 @@ def _loops_at_ends(
 def _breadth(loop: Complex) -> float:
     """Return how far a part of a loop lies elsewhere if it is passed the other way."""
     return float(np.abs(loop - loop[::-1]).max())
-
-
-def _other_ways(
-    curve: Complex, width: float, step: float, settings: StrandExchangeSettings
-) -> Iterator[tuple[int, int, float, Complex]]:
-    """Yield each exchange: its two nodes, how much straighter it is (rad²), and the curve."""
-    joint = _joint(width, step, settings)
-    window, reach = _window(width, step, settings), _turn_stretch(width, step, settings)
-    for i, j in meetings(curve, width, step, settings):
-        if i < joint or j >= len(curve) - joint or j - i <= 2 * joint:
-            continue
-        again = _exchanged(curve, i, j, joint)
-        gain = _turned2(curve, i, j, window, reach) - _turned2(again, i, j, window, reach)
-        yield i, j, gain, again
-
-
-def _joint(width: float, step: float, settings: StrandExchangeSettings) -> int:
-    """Return how many nodes to either side of a meeting are laid anew."""
-    return max(2, round(settings.joint_widths * width / step))
-
-
-def _window(width: float, step: float, settings: StrandExchangeSettings) -> int:
-    """Return how many nodes to either side of a meeting are compared."""
-    return round(settings.window_widths * width / step)
-
-
-def _turn_stretch(width: float, step: float, settings: StrandExchangeSettings) -> int:
-    """Return how many nodes the stretches are long between which a strand's turn is taken."""
-    return max(2, round(settings.direction_stretch_widths * width / step))
-
-
-def meetings(
-    curve: Complex, width: float, step: float, settings: StrandExchangeSettings
-) -> list[tuple[int, int]]:
-    """Return the pairs of nodes at which two strands come nearest to each other.
-
-    Parameters
-    ----------
-    curve : ndarray of complex, shape (n,)
-        At equal steps.
-    width, step : float
-        The body's width and the distance of the nodes, pixels.
-    settings : StrandExchangeSettings
-    """
-    stride = 2
-    coarse = curve[::stride]
-    apart = max(ceil(settings.least_apart_along_widths * width / (stride * step)), 1)
-    pairs = np.empty((len(coarse) * (len(coarse) - 1) // 2, 2), np.intp)
-    count = _nearest_pairs(coarse, apart, settings.most_apart_widths * width, pairs)
-    return [(stride * i, stride * j) for i, j in pairs[:count].tolist()]
-
-
-@compiled_for(array_read(types.complex128), types.intp, types.float64, array_written(types.intp, 2))
-def _nearest_pairs(curve: Complex, apart: int, most: float, pairs: NDArray[np.intp]) -> int:
-    """Fill in the pairs of nodes nearer than `most`, and than all pairs within two nodes of them.
-
-    Only those count that are `apart` nodes from each other; how many there are is returned.
-    """
-    count, n = 0, len(curve)
-    for i in range(n):
-        for j in range(i + apart, n):
-            distance = abs(curve[i] - curve[j])
-            if distance >= most:
-                continue
-            is_nearest = True
-            for k in range(max(i - 2, 0), min(i + 3, n)):
-                for m in range(max(j - 2, k + apart), min(j + 3, n)):
-                    is_nearest &= abs(curve[k] - curve[m]) >= distance
-            if is_nearest:
-                pairs[count, 0], pairs[count, 1] = i, j
-                count += 1
-    return count
-
-
-@compiled_for(array_read(types.complex128), types.intp, types.intp, types.intp, types.intp)
-def _turned2(curve: Complex, i: int, j: int, window: int, reach: int) -> float:
-    """Return the sum of the squared turns near two nodes, over the nodes of a stretch.
-
-    A node's turn is that between the stretches before and after it, so many nodes long (`reach`).
-    """
-    total = 0.0
-    for node in range(max(reach, i - window), min(len(curve) - reach, j + window + 1)):
-        if i + window < node < j - window:
-            continue
-        after = curve[node + reach] - curve[node]
-        before = curve[node] - curve[node - reach]
-        total += np.angle(after * before.conjugate()) ** 2
-    return total / reach
 
 
 def _exchanged(curve: Complex, i: int, j: int, joint: int) -> Complex:

@@ -15,11 +15,8 @@ from worm_tracker.midline.body_shade import ShadedObject, at_nodes, places_acros
 from worm_tracker.midline.curve import median_of
 from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.self_cover import SelfCoverSettings, parts_over
-from worm_tracker.midline.strand_exchange import (
-    DoubtfulLoop,
-    StrandExchangeSettings,
-    loops_otherwise,
-)
+from worm_tracker.midline.strand_exchange import DoubtfulLoop, loops_otherwise
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.midline.order_by_widths import area_of_body, intersection_over_union
 from worm_tracker.midline.path import BodyPath
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings, loops_otherwise
+from worm_tracker.midline.strand_exchange import loops_otherwise
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from worm_tracker.midline.other_ways import OtherWaysSettings
 from worm_tracker.midline.overlap_darkening import OverlapDarkeningSettings
 from worm_tracker.midline.path_following import PathFollowingSettings
 from worm_tracker.midline.regrown_ends import RegrownEndsSettings
-from worm_tracker.midline.strand_exchange import StrandExchangeSettings
+from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 from worm_tracker.midline.strand_shift import StrandShiftSettings
 from worm_tracker.midline.traced_body import TracedBodySettings
 from worm_tracker.midline.way_by_marks import WayByMarksSettings
