@@ -1,7 +1,7 @@
 """All that is remembered of the worm from frame to frame: where it lay, and its learned body."""
 
 from dataclasses import dataclass, replace
-from math import nextafter
+from math import inf, nextafter
 
 import numpy as np
 
@@ -57,9 +57,9 @@ class PropagatedBody:
         Whether its widths or its marks tell that its ends are in the order of the body model.
     whole_ends : tuple of bool
         Of each end whether its marks tell that the picture lacks nothing of it.
-    clear_ends : tuple of bool
-        Of each end on or beside the body whether the outline tells where it is: wherever else it
-        might lie, less of the object would be explained.
+    outline_sd_px : tuple of float
+        How surely the outline tells where each end on or beside the body is, where nothing else
+        does; inf where it was not asked.
     broad_ends : tuple of bool
         Of each end whether the object is broader there than the body: the end may be bent back.
     hides_slack : bool
@@ -85,7 +85,7 @@ class PropagatedBody:
     was_turned: bool = False
     order_known: bool = False
     whole_ends: tuple[bool, bool] = (False, False)
-    clear_ends: tuple[bool, bool] = (False, False)
+    outline_sd_px: tuple[float, float] = (inf, inf)
     broad_ends: tuple[bool, bool] = (False, False)
     hides_slack: bool = False
     is_s_at_end: bool = False

@@ -6,14 +6,20 @@ from drawn_folds import Drawn, laid, rounded_widths
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_tracker.midline.other_ends import OtherEndsSettings, likelier_end, other_ends
+from worm_tracker.midline.other_ends import (
+    OtherEndsSettings,
+    likelier_end,
+    other_ends,
+    sd_by_outline,
+)
 from worm_tracker.midline.path import evenly, nodes_for
 from worm_tracker.midline.strand_drawing import StrandDrawingSettings
 
 WIDTH = 14.0
 DRAWING, SETTINGS = StrandDrawingSettings(), OtherEndsSettings()
-ELSEWHERE_PX = 0.7 * WIDTH
-"""A round end that turns about its middle looks the same, its tip 0.4 widths aside."""
+MOST_SD_PX = 0.35 * WIDTH
+"""What the tracker asks for to tell an end. A round one that turns about its middle looks the same,
+its tip 0.4 widths aside: none is as sure by its outline as one that is followed in clear water."""
 RING = [(8.0, 0.0), (2 * np.pi * 3.0 + 3.0, 1 / 3.0)]
 """A body that goes round once, and three widths on along where it was."""
 
@@ -40,7 +46,7 @@ def test_an_end_that_comes_out_beyond_its_own_strand_lies_nowhere_else(heading, 
     drawn = Drawn.of(crossing(beyond), WIDTH, heading, darker=False)
     curve = path_from_last_end(drawn)
     others = others_of(drawn, curve)
-    assert others.lost_beyond(curve[0], ELSEWHERE_PX) > 0.03
+    assert sd_by_outline(others, curve, WIDTH, SETTINGS) < MOST_SD_PX
     assert likelier_end(others, curve, WIDTH, SETTINGS) is None
 
 
@@ -48,7 +54,7 @@ def test_an_end_that_comes_out_beyond_its_own_strand_lies_nowhere_else(heading, 
 def test_an_end_that_lies_within_its_own_strand_may_as_well_lie_elsewhere(heading):
     drawn = Drawn.of(RING, WIDTH, heading, darker=False)
     curve = path_from_last_end(drawn)
-    assert others_of(drawn, curve).lost_beyond(curve[0], ELSEWHERE_PX) < 0.02
+    assert sd_by_outline(others_of(drawn, curve), curve, WIDTH, SETTINGS) > MOST_SD_PX
 
 
 @pytest.mark.parametrize("cut_widths", [0.8, 1.5, 2.5])
@@ -104,6 +110,7 @@ def test_an_end_as_long_as_the_body_is_not_laid_otherwise():
     curve = evenly(path_from_last_end(drawn), 5)
     others = others_of(drawn, curve)
     assert likelier_end(others, curve, WIDTH, SETTINGS) is None
+    assert sd_by_outline(others, curve, WIDTH, SETTINGS) == np.inf
 
 
 def test_an_end_beyond_the_picture_is_compared_with_no_worm():
@@ -112,4 +119,5 @@ def test_an_end_beyond_the_picture_is_compared_with_no_worm():
     inside = others_of(drawn, curve)
     others = others_of(drawn, curve, drawn.mask[:, : int(curve[0].real - 2 * WIDTH)])
     assert np.isfinite(others.unexplained).all()
-    assert others.lost_beyond(curve[0], ELSEWHERE_PX) < inside.lost_beyond(curve[0], ELSEWHERE_PX)
+    sd, sd_inside = (sd_by_outline(each, curve, WIDTH, SETTINGS) for each in (others, inside))
+    assert sd > 2 * sd_inside

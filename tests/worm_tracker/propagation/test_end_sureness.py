@@ -10,7 +10,12 @@ from drawn_folds import NODES_PER_WIDTH, Drawn, as_rows
 
 from worm_model.simulator.rig.strands import polyline_body
 from worm_tracker.midline.path import BodyPath, evenly
-from worm_tracker.propagation.end_sureness import clear_ends, end_sd_px_of, most_end_sd_px, s_at_end
+from worm_tracker.propagation.end_sureness import (
+    end_sd_px_of,
+    most_end_sd_px,
+    outline_sd_px,
+    s_at_end,
+)
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -79,22 +84,33 @@ def test_of_one_shade_an_end_on_a_body_shorter_than_any_stroke_makes_it_is_not_t
 ):
     """Seven midlines of a worm of one shade were told by their outline, 25 % short and more."""
     path = hairpin(0.9 * WIDTH, beyond_px=6 * WIDTH)
-    clear = (True, False)
-    first, last = end_sds(path, (1.0, 1.0), darkening, shorter=shorter, clear_ends=clear)
+    outline = (1.0, np.inf)
+    first, last = end_sds(path, (1.0, 1.0), darkening, shorter=shorter, outline_sd_px=outline)
     assert (first == 1.0) is is_told
     assert is_told or first > 3 * WIDTH
     assert last == 1.0, "it lies clear of the body"
 
 
-@pytest.mark.parametrize("loop_in_doubt", [None, (0.3, 0.6)])
-def test_of_one_shade_an_end_that_its_outline_tells_is_as_sure_as_it_is_seen(loop_in_doubt):
-    """But not with a loop in doubt: strands that are taken for each other have one outline."""
+@pytest.mark.parametrize(
+    ("outline_px", "loop_in_doubt", "told_px"),
+    [
+        pytest.param(0.5, None, 1.0, id="as it is seen"),
+        pytest.param(3.0, None, 3.0, id="as the outline tells"),
+        pytest.param(np.inf, None, "by length", id="as its length tells"),
+        pytest.param(2.5, (0.3, 0.6), 2.5, id="a loop is in doubt, but the outline is sure"),
+        pytest.param(4.0, (0.3, 0.6), "by length", id="a loop is in doubt, the outline less sure"),
+    ],
+)
+def test_of_one_shade_an_end_is_as_sure_as_its_outline_tells(outline_px, loop_in_doubt, told_px):
+    """Less so with a loop in doubt: strands that are taken for each other have one outline."""
     path = hairpin(0.9 * WIDTH, beyond_px=6 * WIDTH)
     search = search_after(path, WIDTH, 1, loops_known=True)
     model = replace(search.model, darkening=0.0, length_scatter=0.02)
-    body = PropagatedBody(path, 0.95, 0.95, end_sd_px=(1.0, 1.0), clear_ends=(True, False))
+    body = PropagatedBody(
+        path, 0.95, 0.95, end_sd_px=(1.0, 1.0), outline_sd_px=(outline_px, np.inf)
+    )
     first, _ = end_sd_px_of(replace(body, doubt_by_bends=loop_in_doubt), model, search.settings)
-    assert first == pytest.approx(1.0 if loop_in_doubt is None else 0.02 * path.length)
+    assert first == pytest.approx(0.02 * path.length if told_px == "by length" else told_px)
 
 
 @pytest.mark.parametrize(
@@ -112,10 +128,12 @@ def test_the_outline_tells_an_end_that_comes_out_from_under_the_body(arcs, darke
     at = np.linspace(0.0, drawn.length, len(model.widths))
     widths = np.interp(at, drawn.body.s_px, drawn.body.width_px)
     model = replace(model, widths=widths, darkening=darkening)
-    clear = clear_ends(drawn.mask, path, (1.0, 1.0), model, PropagationSettings())
-    assert clear == (False, is_clear), "its first end lies by itself: that is not asked"
-    unsure = clear_ends(drawn.mask, path, (1.0, WIDTH), model, PropagationSettings())
-    assert unsure == (False, False)
+    settings = PropagationSettings()
+    first, last = outline_sd_px(drawn.mask, path, (1.0, 1.0), model, settings)
+    assert first == np.inf, "it lies by itself: that is not asked"
+    assert (last < settings.most_end_sd_widths * WIDTH) is is_clear
+    unsure = outline_sd_px(drawn.mask, path, (1.0, WIDTH), model, settings)
+    assert unsure == (np.inf, np.inf)
 
 
 @pytest.mark.parametrize(("crossing", "is_hidden"), [(True, True), (False, False)])

@@ -2,11 +2,12 @@
 
 An end that comes to lie on another part, or along it, shows less of itself than one in clear water.
 Whether the picture tells where it is, is asked of the picture: were it bent otherwise from a width
-or more behind its tip on, longer or shorter, would as much of the object be explained?
+or more behind its tip on, longer or shorter, would as much of the object be explained? It is as
+sure as those places lie near to each other that explain as much.
 """
 
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, inf, sqrt
 
 import numpy as np
 from numba import types
@@ -40,6 +41,10 @@ class OtherEndsSettings:
     bend_sd_per_width: float = 0.4
     longer_sd_widths: float = 1.5
     """What a likely end differs by: in what it explains, in its place, its bend and its length."""
+    sd_over_spread: float = 0.78
+    """How surely an end is placed, over how far likely ones lie from it: of 1145 ends of one shade
+    whose spread was up to 0.45 widths one was more than a width off; of those with a spread up to
+    0.25, 0.3, 0.35 and 0.45 widths the root mean square error was 0.09, 0.14, 0.24 and 0.26."""
     least_gain_widths2: float = 0.04
     least_moved_widths: float = 0.4
     """How much more another end must explain to be the likelier one, and how far away it must lie:
@@ -72,11 +77,6 @@ class OtherEnds:
     cut: Floats
     bend: Floats
     length: Floats
-
-    def lost_beyond(self, tip: complex, distance: float) -> float:
-        """Return how much less is explained by any end farther than this from a tip, pixels."""
-        far = self.unexplained[np.abs(self.tips - tip) > distance]
-        return float(far.min(initial=np.inf)) - self.told
 
 
 def other_ends(
@@ -148,23 +148,54 @@ def likelier_end(
     """
     if not len(others.tips):
         return None
-    s = complex_arc_length(curve)
-    longer = others.length - s[others.cut.astype(int)]
-    moved = np.abs(others.tips - curve[0]) / width
-    cost = (
+    best = int(_costs(others, curve, width, settings).argmin())
+    gain = others.told - others.unexplained[best]
+    moved = abs(others.tips[best] - curve[0])
+    if gain < settings.least_gain_widths2 or moved < settings.least_moved_widths * width:
+        return None
+    cut, bend = int(others.cut[best]), others.bend[best : best + 1] / width
+    step = float(complex_arc_length(curve[:2])[1])
+    arc = _arcs(curve[cut], curve[cut + 2], float(others.length[best]), bend, step)[0]
+    whole = np.concatenate([arc[:0:-1], curve[cut:]])
+    return evenly(whole, nodes_for(float(complex_arc_length(whole)[-1]), width))
+
+
+def sd_by_outline(
+    others: OtherEnds, curve: Complex, width: float, settings: OtherEndsSettings
+) -> float:
+    """Return how surely a body's first end is where it is, by its outline alone.
+
+    A standard deviation in pixels, after the distances of others, each by how likely it is; inf
+    where there are none.
+
+    Parameters
+    ----------
+    others : OtherEnds
+        Of this end.
+    curve : ndarray of complex, shape (n,)
+        Where the body lies, from that end on at equal steps.
+    width : float
+        The body's, pixels.
+    settings : OtherEndsSettings
+    """
+    if not len(others.tips):
+        return inf
+    costs = _costs(others, curve, width, settings)
+    moved2 = np.abs(others.tips - curve[0]) ** 2
+    return settings.sd_over_spread * sqrt(np.average(moved2, weights=np.exp(costs.min() - costs)))
+
+
+def _costs(others: OtherEnds, curve: Complex, width: float, settings: OtherEndsSettings) -> Floats:
+    """Return what makes each end less likely, minus the log of how likely it is."""
+    longer = others.length - complex_arc_length(curve)[others.cut.astype(int)]
+    moved = np.abs(others.tips - curve[0])
+    costs = (
         others.unexplained / settings.unexplained_sd_widths2
-        + (moved / settings.moved_sd_widths) ** 2 / 2
+        + (moved / width / settings.moved_sd_widths) ** 2 / 2
         + (others.bend / settings.bend_sd_per_width) ** 2 / 2
         + (longer / width / settings.longer_sd_widths) ** 2 / 2
     )
-    best = int(cost.argmin())
-    gain = others.told - others.unexplained[best]
-    if gain < settings.least_gain_widths2 or moved[best] < settings.least_moved_widths:
-        return None
-    cut, bend = int(others.cut[best]), others.bend[best : best + 1] / width
-    arc = _arcs(curve[cut], curve[cut + 2], float(others.length[best]), bend, float(s[1]))[0]
-    whole = np.concatenate([arc[:0:-1], curve[cut:]])
-    return evenly(whole, nodes_for(float(complex_arc_length(whole)[-1]), width))
+    return np.asarray(costs, np.float64)
 
 
 def _window_about(mask: Picture, point: complex, reach: float) -> tuple[Picture, complex]:

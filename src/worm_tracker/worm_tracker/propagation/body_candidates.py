@@ -11,7 +11,6 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.detection import Detection
-from worm_tracker.detection.dirt import specks
 from worm_tracker.midline.body_model import (
     BodyModel,
     end_displacement,
@@ -20,11 +19,9 @@ from worm_tracker.midline.body_model import (
 )
 from worm_tracker.midline.body_residual import (
     ObjectMasks,
-    dark_places,
     ends_and_bends,
     unexplained,
 )
-from worm_tracker.midline.body_shade import ShadedObject
 from worm_tracker.midline.curve import as_points, length_of
 from worm_tracker.midline.deformable_fit import fit_body
 from worm_tracker.midline.expected_body import ExpectedBody
@@ -38,14 +35,15 @@ from worm_tracker.midline.way_by_marks import MarkedLoop, MarksOnPath, marked_lo
 from worm_tracker.propagation.beside_ends import broad_ends, end_over_limits_at, ends_lack
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import (
-    clear_ends,
     end_sd_px_of,
     half_widths_along,
     most_end_sd_px,
+    outline_sd_px,
     s_at_end,
     whole_ends,
 )
 from worm_tracker.propagation.loops_in_doubt import loops_in_doubt
+from worm_tracker.propagation.object_seen import object_in
 from worm_tracker.propagation.only_explanation import is_only_explanation
 from worm_tracker.propagation.order_of_ends import score_by_marks_or_widths, score_by_widths
 from worm_tracker.propagation.overlaps import is_marked, marked_ends
@@ -78,17 +76,7 @@ class CandidateSearch:
     ) -> "CandidateSearch":
         """Return the search for a body in a detection."""
         origin = complex(*detection.view.origin)
-        mask, last = detection.object_pixels(), body.path.shifted(-origin)
-        dark = None
-        if model.darkening > settings.residual.least_darkening:
-            level = model.level * detection.gain / model.gain
-            dark = dark_places(detection.view.found_in, level, model.darkening, settings.residual)
-        shade = model.shade_at(detection.gain) if is_marked(model, settings) else None
-        smooth = detection.view.smooth
-        shaded = None if shade is None else ShadedObject(smooth, shade, model.darkening)
-        dirt, most_px2 = detection.dirt_in_window, settings.most_speck_widths2 * model.width**2
-        dirt = None if dirt is None else specks(dirt, most_px2)
-        seen = ObjectMasks(mask, dark, model.width, settings.residual, shaded, dirt)
+        seen, last = object_in(detection, model, settings), body.path.shifted(-origin)
         levels = model.levels_at(detection.gain)
         return cls(detection.view.signal, seen, levels, origin, model, body, last, frames, settings)
 
@@ -101,6 +89,11 @@ class CandidateSearch:
     def frames_between(self) -> int:
         """How many pictures lie between this one and the last that the body explained."""
         return self.body.frames_unexplained + self.frames - 1
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether too many pictures lie between to take what explains this one for the body."""
+        return self.frames_between > self.settings.most_frames_unexplained
 
     def keeps_ends(self, slid: Candidate) -> bool:
         """Tell whether a body slid along itself has its ends in the order of the last one's.
@@ -144,7 +137,7 @@ class CandidateSearch:
             hides_slack=self.hides_slack(found),
             is_s_at_end=s_at_end(found.path, width, self.settings),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
-            clear_ends=clear_ends(
+            outline_sd_px=outline_sd_px(
                 self.seen.mask, found.path, found.end_sd_px, model, self.settings
             ),
         )
@@ -213,7 +206,7 @@ class CandidateSearch:
         over, told = self.over_limits(found), self.seen.dark is not None
         if over > 1:
             return self.frames_between + 1
-        if self.frames_between <= self.settings.most_frames_unexplained:
+        if not self.is_lost:
             return 0
         marked = self.told_by_marks(found.path)
         alone = is_only_explanation(found, over, told, self.model.width, marked, self.settings)

@@ -1,13 +1,13 @@
 """How surely the ends of a body that lies on itself are where they are said to be."""
 
-from math import log
+from math import inf, log
 
 import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats, Picture
 from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.end_marks import log_odds_of_whole_end
-from worm_tracker.midline.other_ends import other_ends
+from worm_tracker.midline.other_ends import other_ends, sd_by_outline
 from worm_tracker.midline.path import BodyPath, s_turn_at_ends
 from worm_tracker.midline.self_cover import (
     ends_on_body,
@@ -24,14 +24,16 @@ def end_sd_px_of(
 ) -> tuple[float, float]:
     """Return how surely the ends are where they are said to be.
 
-    The picture does not tell an end that lies on the body where overlaps are no darker, nor one so
-    pale that it adds little, unless its marks do: edges of what it lies on are taken for its own.
+    The picture does not tell an end that lies on the body where overlaps are no darker, but by its
+    outline, nor one so pale that it adds little, unless its marks do: edges of what it lies on are
+    taken for its own.
     Nor does it where two other strands cross: three layers are not told from two.
     It is no surer than the length agrees with the known one, and than the worm keeps its length.
     Nor are two that coincide, either of which may be the other, nor is a pale one of a folded body
     shorter than a stroke makes it: the object may have been seen without it, unless its marks tell
     that it is whole. Of one shade an end on a body shorter than any stroke makes it lies elsewhere,
-    whatever the outline says.
+    whatever the outline says; nor does that tell much with a loop in doubt, as strands that are
+    taken for each other have one outline.
     """
     folded = lies_near_itself(body.path.curve, mean_width(model.widths), body.path.step)
     near_px = settings.near_end_widths * model.width
@@ -46,16 +48,18 @@ def end_sd_px_of(
     if coincide and max(body.end_sd_px) > settings.most_end_sd_of_coinciding_widths * model.width:
         return model.width, model.width
     by_marks = _told_by_marks(body, model, settings)
-    by_outline = body.clear_ends if body.doubt_by_bends is None else (False, False)
+    most_px = (
+        inf if body.doubt_by_bends is None else settings.most_end_sd_in_doubt_widths * model.width
+    )
+    by_outline = [sd if sd < most_px and not too_short else inf for sd in body.outline_sd_px]
+    by_length = [
+        off * ((on and (pale or not dark)) or (pale and short and not whole))
+        for on, pale, whole in zip(on_body, model.pale_ends, body.whole_ends, strict=True)
+    ]
     sd_px = [
-        sd if on and told else max(sd, off * ((on and (pale or not dark)) or (pale and short)))
-        for sd, on, pale, short, told in zip(
-            body.end_sd_px,
-            on_body,
-            model.pale_ends,
-            [short and not whole for whole in body.whole_ends],
-            [any(told) and not too_short for told in zip(by_marks, by_outline, strict=True)],
-            strict=True,
+        sd if on and marks and not too_short else max(sd, min(length, outline))
+        for sd, on, marks, length, outline in zip(
+            body.end_sd_px, on_body, by_marks, by_length, by_outline, strict=True
         )
     ]
     crossing_px = settings.near_crossing_widths * model.width
@@ -118,16 +122,17 @@ def whole_ends(
     return first, last
 
 
-def clear_ends(
+def outline_sd_px(
     mask: Picture,
     path: BodyPath,
     end_sd_px: tuple[float, float],
     model: BodyModel,
     settings: PropagationSettings,
-) -> tuple[bool, bool]:
-    """Tell of each end on or beside the body whether the outline tells where it lies.
+) -> tuple[float, float]:
+    """Return of each end on or beside the body how surely the outline tells where it lies.
 
-    Asked where overlaps are no darker, so that nothing else does.
+    A standard deviation in pixels, asked where overlaps are no darker, so that nothing else tells;
+    inf where it is not asked.
 
     Parameters
     ----------
@@ -141,12 +146,12 @@ def clear_ends(
     settings : PropagationSettings
     """
     if overlaps_tell(model, settings):
-        return False, False
+        return inf, inf
     most_px = settings.most_end_sd_widths * model.width
     on_body = ends_on_body(path.curve, settings.near_end_widths * model.width, path.step)
     half = half_widths_along(path, model)
     first, last = (
-        on and sd < most_px and _is_clear(mask, curve, widths, model.width, settings)
+        _sd_by_outline(mask, curve, widths, model.width, settings) if on and sd < most_px else inf
         for on, sd, curve, widths in zip(
             on_body, end_sd_px, (path.curve, path.curve[::-1]), (half, half[::-1]), strict=True
         )
@@ -154,13 +159,12 @@ def clear_ends(
     return first, last
 
 
-def _is_clear(
+def _sd_by_outline(
     mask: Picture, curve: Complex, half: Floats, width: float, settings: PropagationSettings
-) -> bool:
-    """Tell whether a path's first end explains more than any that is not where it is."""
+) -> float:
+    """Return how surely the outline tells where a path's first end is."""
     others = other_ends(mask, curve, half, width, settings.residual.drawing, settings.other_ends)
-    lost = others.lost_beyond(curve[0], settings.elsewhere_widths * width)
-    return lost > settings.least_lost_elsewhere_widths2
+    return sd_by_outline(others, curve, width, settings.other_ends)
 
 
 def half_widths_along(path: BodyPath, model: BodyModel) -> Floats:

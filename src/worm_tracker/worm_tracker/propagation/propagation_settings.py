@@ -62,6 +62,9 @@ class PropagationSettings:
     most_end_sd_beside_left_over_widths: float = 0.25
     """What a body with a loop in doubt may leave over, over what may be, while an end is less sure
     than that: the end may lie elsewhere. 10 of 183 such heads were wrong, of others 1 in 1200."""
+    most_end_sd_in_doubt_widths: float = 0.25
+    """How surely the outline must tell an end of a body with a loop in doubt: 2 of 282 such ends
+    were more than a width off, 15 of the next 64."""
     most_log_shortening_per_frame: float = 0.04
     """Log of the last length over that of a body in the next picture whose contour shows it, where
     it lay near itself."""
@@ -77,11 +80,6 @@ class PropagationSettings:
     not told unless both are as sure as that."""
     near_end_widths: float = 1.1
     """How near another part of the body an end lies on it or against it."""
-    elsewhere_widths: float = 0.4
-    least_lost_elsewhere_widths2: float = 0.03
-    """How far from where it is told an end lies elsewhere, and how much less of the object any such
-    end must explain for the outline alone to tell it: of some 300 ends on bodies of one shade none
-    was more than a width off then, of 1700 others every other one."""
     near_crossing_widths: float = 0.6
     """How near to an end two other strands may cross for it to be told: of 39 ends at crossings 27
     were more than a width off, of 4543 on one other strand 12."""

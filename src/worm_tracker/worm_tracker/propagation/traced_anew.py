@@ -18,8 +18,7 @@ def traced_anew(scene: CandidateSearch) -> Candidate | None:
     Nor where what is followed may be right, as the worm was seen lately, or where it is not known
     well: what explains a picture then may be wrong, and was followed in place of what was right.
     """
-    lost = scene.frames_between > scene.settings.most_frames_unexplained
-    if not lost or scene.model.is_young or not is_due(scene):
+    if not scene.is_lost or scene.model.is_young or not is_due(scene):
         return None
     ways = sorted(_traced_ways(scene), key=lambda fitting: fitting[0])
     slid = [scene.slid(way) for _, way in ways[: scene.settings.most_ways_slid]]
