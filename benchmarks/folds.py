@@ -306,7 +306,7 @@ def show(results: list[dict[str, Any]], old: dict[str, dict[str, Any]]) -> None:
         table.add_row(name, *_cells(each))
         if name in old:
             table.add_row("  before", *_cells(old[name]), style="dim")
-    console = Console(width=270)
+    console = Console(width=300)
     console.print(table)
     for each in results:
         console.print(f"{each['worm']} {each['look']}: {each['statuses']}")
