@@ -211,7 +211,8 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
     given = np.isfinite(table["head_px"])
     near = table["head_px"] <= film.width_px
     agrees = near & ~(table["midline_px"] > film.width_px)
-    right = pose & certain & agrees
+    certain_pose = pose & certain
+    right = certain_pose & agrees
     unmarked = given & certain & ~agrees
     off = np.array([each.off_worm_px for each in scores])
     said = [each.contact for each in scores]
@@ -219,7 +220,6 @@ def figures(film: FoldFilm, scores: list[FrameScore], ms: list[float]) -> dict[s
     agreed = np.array([bool(each) for each in said]) == film.contact[: len(scores)]
     measured_length = pose & np.isfinite(table["length"])
     near_length = np.abs(table["length"] - 1.0) < MOST_LENGTH_ERROR
-    certain_pose = pose & certain
     spent = np.array(ms)
     truth = film.midline_px, film.half_width_px
     hidden = np.array([hides_end(*each, film.width_px) for each in zip(*truth, strict=True)])

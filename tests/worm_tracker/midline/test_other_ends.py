@@ -46,7 +46,7 @@ def test_an_end_that_comes_out_beyond_its_own_strand_lies_nowhere_else(heading, 
     drawn = Drawn.of(crossing(beyond), WIDTH, heading, darker=False)
     curve = path_from_last_end(drawn)
     others = others_of(drawn, curve)
-    assert sd_by_outline(others, curve, WIDTH, SETTINGS) < MOST_SD_PX
+    assert sd_by_outline(others, SETTINGS) < MOST_SD_PX
     assert likelier_end(others, curve, WIDTH, SETTINGS) is None
 
 
@@ -54,7 +54,7 @@ def test_an_end_that_comes_out_beyond_its_own_strand_lies_nowhere_else(heading, 
 def test_an_end_that_lies_within_its_own_strand_may_as_well_lie_elsewhere(heading):
     drawn = Drawn.of(RING, WIDTH, heading, darker=False)
     curve = path_from_last_end(drawn)
-    assert sd_by_outline(others_of(drawn, curve), curve, WIDTH, SETTINGS) > MOST_SD_PX
+    assert sd_by_outline(others_of(drawn, curve), SETTINGS) > MOST_SD_PX
 
 
 @pytest.mark.parametrize("cut_widths", [0.8, 1.5, 2.5])
@@ -110,7 +110,7 @@ def test_an_end_as_long_as_the_body_is_not_laid_otherwise():
     curve = evenly(path_from_last_end(drawn), 5)
     others = others_of(drawn, curve)
     assert likelier_end(others, curve, WIDTH, SETTINGS) is None
-    assert sd_by_outline(others, curve, WIDTH, SETTINGS) == np.inf
+    assert sd_by_outline(others, SETTINGS) == np.inf
 
 
 def test_an_end_beyond_the_picture_is_compared_with_no_worm():
@@ -119,5 +119,5 @@ def test_an_end_beyond_the_picture_is_compared_with_no_worm():
     inside = others_of(drawn, curve)
     others = others_of(drawn, curve, drawn.mask[:, : int(curve[0].real - 2 * WIDTH)])
     assert np.isfinite(others.unexplained).all()
-    sd, sd_inside = (sd_by_outline(each, curve, WIDTH, SETTINGS) for each in (others, inside))
+    sd, sd_inside = (sd_by_outline(each, SETTINGS) for each in (others, inside))
     assert sd > 2 * sd_inside

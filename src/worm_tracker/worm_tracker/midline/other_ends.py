@@ -61,8 +61,11 @@ class OtherEnds:
         What the end as it is leaves of the object, and has in the water, squared widths.
     unexplained : ndarray, shape (n,)
         The same of others.
-    tips : ndarray of complex, shape (n,)
-        Where those end, u + iv.
+    moved : ndarray, shape (n,)
+        How far from the end as it is those end, pixels.
+    cost : ndarray, shape (n,)
+        What makes each less likely, minus the log of how likely it is: by what it leaves
+        unexplained, by its place, its bend and its length.
     cut : ndarray, shape (n,)
         At which node of the body they begin to lie otherwise, a whole number.
     bend : ndarray, shape (n,)
@@ -73,7 +76,8 @@ class OtherEnds:
 
     told: float
     unexplained: Floats
-    tips: Complex
+    moved: Floats
+    cost: Floats
     cut: Floats
     bend: Floats
     length: Floats
@@ -128,7 +132,17 @@ def other_ends(
             )
         )
     unexplained, tips, shape = (np.concatenate(parts) for parts in zip(*tried, strict=True))
-    return OtherEnds(told / width**2, unexplained / width**2, tips, *shape.T)
+    unexplained /= width**2
+    moved = np.abs(tips - curve[0])
+    cut, bend, length = shape.T
+    longer = length - s[cut.astype(int)]
+    cost = (
+        unexplained / settings.unexplained_sd_widths2
+        + (moved / width / settings.moved_sd_widths) ** 2 / 2
+        + (bend / settings.bend_sd_per_width) ** 2 / 2
+        + (longer / width / settings.longer_sd_widths) ** 2 / 2
+    )
+    return OtherEnds(told / width**2, unexplained, moved, cost, cut, bend, length)
 
 
 def likelier_end(
@@ -146,12 +160,12 @@ def likelier_end(
         The body's, pixels.
     settings : OtherEndsSettings
     """
-    if not len(others.tips):
+    if not len(others.cost):
         return None
-    best = int(_costs(others, curve, width, settings).argmin())
+    best = int(others.cost.argmin())
     gain = others.told - others.unexplained[best]
-    moved = abs(others.tips[best] - curve[0])
-    if gain < settings.least_gain_widths2 or moved < settings.least_moved_widths * width:
+    least_px = settings.least_moved_widths * width
+    if gain < settings.least_gain_widths2 or others.moved[best] < least_px:
         return None
     cut, bend = int(others.cut[best]), others.bend[best : best + 1] / width
     step = float(complex_arc_length(curve[:2])[1])
@@ -160,42 +174,16 @@ def likelier_end(
     return evenly(whole, nodes_for(float(complex_arc_length(whole)[-1]), width))
 
 
-def sd_by_outline(
-    others: OtherEnds, curve: Complex, width: float, settings: OtherEndsSettings
-) -> float:
-    """Return how surely a body's first end is where it is, by its outline alone.
+def sd_by_outline(others: OtherEnds, settings: OtherEndsSettings) -> float:
+    """Return how surely an end is where it is, by its outline alone.
 
-    A standard deviation in pixels, after the distances of others, each by how likely it is; inf
+    A standard deviation in pixels, after how far from it others end, each by how likely it is; inf
     where there are none.
-
-    Parameters
-    ----------
-    others : OtherEnds
-        Of this end.
-    curve : ndarray of complex, shape (n,)
-        Where the body lies, from that end on at equal steps.
-    width : float
-        The body's, pixels.
-    settings : OtherEndsSettings
     """
-    if not len(others.tips):
+    if not len(others.cost):
         return inf
-    costs = _costs(others, curve, width, settings)
-    moved2 = np.abs(others.tips - curve[0]) ** 2
-    return settings.sd_over_spread * sqrt(np.average(moved2, weights=np.exp(costs.min() - costs)))
-
-
-def _costs(others: OtherEnds, curve: Complex, width: float, settings: OtherEndsSettings) -> Floats:
-    """Return what makes each end less likely, minus the log of how likely it is."""
-    longer = others.length - complex_arc_length(curve)[others.cut.astype(int)]
-    moved = np.abs(others.tips - curve[0])
-    costs = (
-        others.unexplained / settings.unexplained_sd_widths2
-        + (moved / width / settings.moved_sd_widths) ** 2 / 2
-        + (others.bend / settings.bend_sd_per_width) ** 2 / 2
-        + (longer / width / settings.longer_sd_widths) ** 2 / 2
-    )
-    return np.asarray(costs, np.float64)
+    likely = np.exp(others.cost.min() - others.cost)
+    return settings.sd_over_spread * sqrt(np.average(others.moved**2, weights=likely))
 
 
 def _window_about(mask: Picture, point: complex, reach: float) -> tuple[Picture, complex]:

@@ -151,7 +151,7 @@ def outline_sd_px(
     on_body = ends_on_body(path.curve, settings.near_end_widths * model.width, path.step)
     half = half_widths_along(path, model)
     first, last = (
-        _sd_by_outline(mask, curve, widths, model.width, settings) if on and sd < most_px else inf
+        _first_end_sd_px(mask, curve, widths, model.width, settings) if on and sd < most_px else inf
         for on, sd, curve, widths in zip(
             on_body, end_sd_px, (path.curve, path.curve[::-1]), (half, half[::-1]), strict=True
         )
@@ -159,12 +159,12 @@ def outline_sd_px(
     return first, last
 
 
-def _sd_by_outline(
+def _first_end_sd_px(
     mask: Picture, curve: Complex, half: Floats, width: float, settings: PropagationSettings
 ) -> float:
     """Return how surely the outline tells where a path's first end is."""
     others = other_ends(mask, curve, half, width, settings.residual.drawing, settings.other_ends)
-    return sd_by_outline(others, curve, width, settings.other_ends)
+    return sd_by_outline(others, settings.other_ends)
 
 
 def half_widths_along(path: BodyPath, model: BodyModel) -> Floats:
