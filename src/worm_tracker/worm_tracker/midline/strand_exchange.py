@@ -187,8 +187,9 @@ def _loops_between_strands(
     joint = joint_nodes(width, step, settings)
     window, reach = window_nodes(width, step, settings), turn_nodes(width, step, settings)
     met = meetings(curve, width, step, settings)
+    met = [(i, j) for i, j in met if i >= joint and j <= last - joint]
     for i, j in met:
-        if i < joint or j > last - joint or j - i <= 2 * joint:
+        if j - i <= 2 * joint:
             continue
         again = _exchanged(curve, i, j, joint)
         gain = turned2(curve, i, j, window, reach) - turned2(again, i, j, window, reach)

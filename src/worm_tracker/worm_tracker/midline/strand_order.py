@@ -35,7 +35,8 @@ def other_orders(
     curve : ndarray of complex, shape (n,)
         At equal steps.
     met : list of tuple of int
-        The nodes at which two of its strands meet (`meetings`).
+        The nodes at which two of its strands meet (`meetings`), those as near to an end as a joint
+        is long left out.
     width, step : float
         The body's width and the distance of the nodes, pixels.
     settings : StrandExchangeSettings
@@ -50,16 +51,14 @@ def other_orders(
         The curve in that order.
     """
     joint, reach = joint_nodes(width, step, settings), turn_nodes(width, step, settings)
-    nodes = len(curve)
-    within = [(i, j) for i, j in met if i >= joint and j < nodes - joint]
-    for (start, start_again), (end, end_again) in permutations(within, 2):
+    for (start, start_again), (end, end_again) in permutations(met, 2):
         one, between, other = end - start, start_again - end, end_again - start_again
         if min(one, other) <= 2 * joint or between < 0:
             continue
         again = _in_other_order(curve, (start, end, start_again, end_again), joint)
         if np.abs(again - curve).max() < settings.least_breadth_of_order_widths * width:
             continue
-        turned, turned_again = (turned2(each, 0, 0, nodes, reach) for each in (curve, again))
+        turned, turned_again = (turned2(each, 0, 0, len(curve), reach) for each in (curve, again))
         yield start, end_again, turned - turned_again, again
 
 
