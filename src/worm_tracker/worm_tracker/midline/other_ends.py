@@ -124,24 +124,14 @@ def other_ends(
         covered = _covered(gain, arcs, lengths, s, half, float(lengths[-1]))
         at = np.rint(lengths / lengths[-1] * (arcs.shape[1] - 1)).astype(int)
         shapes = np.broadcast_arrays(float(k), bends[:, None], lengths)
-        tried.append(
-            (
-                (left - covered).ravel(),
-                (arcs[:, at] + corner).ravel(),
-                np.stack(shapes, axis=2).reshape(-1, 3),
-            )
-        )
+        shape = np.stack(shapes, axis=2).reshape(-1, 3)
+        tried.append(((left - covered).ravel(), (arcs[:, at] + corner).ravel(), shape))
     unexplained, tips, shape = (np.concatenate(parts) for parts in zip(*tried, strict=True))
     unexplained /= width**2
     moved = np.abs(tips - curve[0])
     cut, bend, length = shape.T
     longer = length - s[cut.astype(int)]
-    cost = (
-        unexplained / settings.unexplained_sd_widths2
-        + (moved / width / settings.moved_sd_widths) ** 2 / 2
-        + (bend / settings.bend_sd_per_width) ** 2 / 2
-        + (longer / width / settings.longer_sd_widths) ** 2 / 2
-    )
+    cost = _cost(unexplained, moved / width, bend, longer / width, settings)
     return OtherEnds(told / width**2, unexplained, moved, cost, cut, bend, length)
 
 
@@ -184,6 +174,22 @@ def sd_by_outline(others: OtherEnds, settings: OtherEndsSettings) -> float:
         return inf
     likely = np.exp(others.cost.min() - others.cost)
     return settings.sd_over_spread * sqrt(np.average(others.moved**2, weights=likely))
+
+
+def _cost(
+    unexplained: Floats,
+    moved_widths: Floats,
+    bend: Floats,
+    longer_widths: Floats,
+    settings: OtherEndsSettings,
+) -> Floats:
+    """Return what makes ends less likely, minus the log of how likely each is."""
+    return (
+        unexplained / settings.unexplained_sd_widths2
+        + (moved_widths / settings.moved_sd_widths) ** 2 / 2
+        + (bend / settings.bend_sd_per_width) ** 2 / 2
+        + (longer_widths / settings.longer_sd_widths) ** 2 / 2
+    )
 
 
 def _window_about(mask: Picture, point: complex, reach: float) -> tuple[Picture, complex]:
