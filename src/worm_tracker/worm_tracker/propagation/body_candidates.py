@@ -38,7 +38,6 @@ from worm_tracker.propagation.end_sureness import (
     end_sd_px_of,
     half_widths_along,
     most_end_sd_px,
-    outline_sd_px,
     s_at_end,
     whole_ends,
 )
@@ -95,6 +94,13 @@ class CandidateSearch:
         """Whether too many pictures lie between to take what explains this one for the body."""
         return self.frames_between > self.settings.most_frames_unexplained
 
+    @property
+    def length_scatter_px(self) -> float:
+        """How far a folded body's length may be from the known one."""
+        settings, model = self.settings, self.model
+        relative = settings.length_sd_over_scatter * model.length_scatter
+        return model.length * max(settings.least_length_scatter, relative)
+
     def keeps_ends(self, slid: Candidate) -> bool:
         """Tell whether a body slid along itself has its ends in the order of the last one's.
 
@@ -137,9 +143,7 @@ class CandidateSearch:
             hides_slack=self.hides_slack(found),
             is_s_at_end=s_at_end(found.path, width, self.settings),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
-            outline_sd_px=outline_sd_px(
-                self.seen.mask, found.path, found.end_sd_px, model, self.settings
-            ),
+            outline_sd_px=found.outline_sd_px,
         )
 
     def hides_slack(self, found: Candidate) -> bool:
@@ -261,9 +265,7 @@ class CandidateSearch:
         model, settings = self.model, self.settings
         length = path.length + (path.ways[0] - path.ways[1]) * self.frames
         sd = settings.length_sd_relative * model.length * sqrt(self.frames)
-        scatter = model.length * max(
-            settings.least_length_scatter, settings.length_sd_over_scatter * model.length_scatter
-        )
+        scatter = self.length_scatter_px
         weight = sd**2 / (sd**2 + scatter**2)
         length, sd = length + weight * (model.length - length), sd * sqrt(1 - weight)
         marked, pale = is_marked(model, settings), marked_ends(model, settings)
@@ -292,6 +294,7 @@ class CandidateSearch:
         return replace(
             turned,
             end_sd_px=found.end_sd_px[::-1],
+            outline_sd_px=found.outline_sd_px[::-1],
             order_score=-score,
             turned_round=was_wrong,
             was_exchanged=True,  # its ends have been exchanged on the way, and what is between

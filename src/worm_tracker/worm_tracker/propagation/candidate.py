@@ -1,6 +1,7 @@
 """A body that may be the worm's in an object, and how well it explains it."""
 
 from dataclasses import dataclass
+from math import inf
 
 from worm_tracker.midline.body_residual import Unexplained
 from worm_tracker.midline.path import BodyPath
@@ -20,6 +21,8 @@ class Candidate:
         What of the two does not agree.
     end_sd_px : tuple of float
         How surely its ends are where they are said to be.
+    outline_sd_px : tuple of float
+        How surely the outline tells where each end on the body is; inf where it was not asked.
     straighter : float
         As in `PropagatedBody`: how much straighter it would be with two of its strands exchanged.
     order_score : float or None
@@ -35,6 +38,7 @@ class Candidate:
     agreement: float
     unexplained: Unexplained
     end_sd_px: tuple[float, float] = (0.0, 0.0)
+    outline_sd_px: tuple[float, float] = (inf, inf)
     straighter: float = 0.0
     order_score: float | None = None
     turned_round: bool = False

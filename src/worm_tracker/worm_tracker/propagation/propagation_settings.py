@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 from worm_tracker.detection.pale_ends import PaleEndSettings
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
+from worm_tracker.midline.end_by_flanks import EndByFlanksSettings
 from worm_tracker.midline.end_marks import EndMarksSettings
 from worm_tracker.midline.end_residual import EndResidualSettings
 from worm_tracker.midline.hidden_slack import HiddenSlackSettings
 from worm_tracker.midline.led_out import LedOutSettings
-from worm_tracker.midline.other_ends import OtherEndsSettings
 from worm_tracker.midline.other_ways import OtherWaysSettings
 from worm_tracker.midline.overlap_darkening import OverlapDarkeningSettings
 from worm_tracker.midline.path_following import PathFollowingSettings
@@ -169,6 +169,8 @@ class PropagationSettings:
     hairpin sharper than it was followed."""
     most_lost_by_likelier_end_widths2: float = 0.02
     """How much more a body may leave over with an end where its outline is explained best."""
+    least_end_sd_by_outline_widths: float = 0.1
+    """How surely such an end is followed to the next picture at most."""
     least_gain_of_other_way_widths2: float = 0.2
     """What another way must explain more to be taken though it leaves something over, too."""
     most_over_limits_alone: float = 0.35
@@ -205,11 +207,11 @@ class PropagationSettings:
     scatters, two need not send back more: only those that were followed tell there."""
     pale_ends: PaleEndSettings = field(default_factory=PaleEndSettings)
     """As the detector has them."""
+    by_flanks: EndByFlanksSettings = field(default_factory=EndByFlanksSettings)
     end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
     end_residual: EndResidualSettings = field(default_factory=EndResidualSettings)
     overlaps: OverlapDarkeningSettings = field(default_factory=OverlapDarkeningSettings)
     led_out: LedOutSettings = field(default_factory=LedOutSettings)
-    other_ends: OtherEndsSettings = field(default_factory=OtherEndsSettings)
     other_ways: OtherWaysSettings = field(default_factory=OtherWaysSettings)
     regrow: RegrownEndsSettings = field(default_factory=RegrownEndsSettings)
     exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)

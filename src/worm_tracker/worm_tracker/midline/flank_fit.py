@@ -1,0 +1,400 @@
+"""Moves a body's strands about a place until their flanks lie on an object's outline.
+
+Where two strands lie on each other one of them hides the other's flank: what is not hidden lies on
+the outline, and none lies beyond it.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
+
+_Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class FlankFitSettings:
+    """How far strands may be moved, and what of the outline counts."""
+
+    reach_widths: float = 4.5
+    """How far about the place flanks are compared with the outline."""
+    bend_of_shift_sd_widths: float = 0.3
+    """How much the way that a strand is moved aside may change its course from width to width."""
+    turn_sd_rad: float = 0.25
+    """How much an end turns over half a width."""
+    edge_sd_px: float = 0.6
+    """How far the outline may lie from where the body's widths have it."""
+    most_off_widths: float = 0.35
+    """What lies farther from the outline than that counts as that much."""
+    hidden_px: float = 1.2
+    """How near to another strand a flank is hidden by it: between two as near no water is seen."""
+    prior_px2: float = 0.4
+    """What a standard deviation more costs, over a squared pixel along a pixel of a flank."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Outline:
+    """An object's outline.
+
+    Attributes
+    ----------
+    distance : ndarray of float32, shape (h, w)
+        How far each pixel is from it, less than 0 within the object.
+    pixels : ndarray of complex, shape (n,)
+        Those on it, u + iv.
+    """
+
+    distance: Floats32
+    pixels: Complex
+
+    @classmethod
+    def of(cls, signal: Picture, level: float) -> "Outline":
+        """Return the outline of what has more than a level of signal."""
+        size = signal.shape[1], signal.shape[0]
+        fine = cv2.resize(signal.astype(np.float32), None, None, 2, 2, cv2.INTER_CUBIC)
+        inside = (fine > level).astype(np.uint8)
+        to_object = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5)
+        to_water = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
+        distance = np.where(inside > 0, 0.5 - to_water, to_object - 0.5).astype(np.float32)
+        smooth = cv2.GaussianBlur(distance, (0, 0), 1.0) / 2
+        distance = np.asarray(cv2.resize(smooth, size, interpolation=cv2.INTER_AREA), np.float32)
+        v, u = np.nonzero(np.abs(distance) < 0.5)
+        return cls(distance, u + 1j * v)
+
+
+@dataclass(frozen=True, slots=True)
+class StrandMoves:
+    """How far a body's strands are moved aside.
+
+    Attributes
+    ----------
+    end_widths : float
+        How much of the body is its first end.
+    strand_sd_widths, end_sd_widths : float
+        How far other strands are moved, and that end.
+    iterations : int
+        How often.
+    """
+
+    end_widths: float
+    strand_sd_widths: float
+    end_sd_widths: float
+    iterations: int
+
+
+def rounded_half_widths(part: Floats, widths: Floats) -> Floats:
+    """Return half the width at parts of a body's length, with its ends as round as they are blunt.
+
+    Parameters
+    ----------
+    part : ndarray, shape (n,)
+        0 to 1.
+    widths : ndarray, shape (m,)
+        At equal steps.
+    """
+    half = np.interp(part, np.linspace(0, 1, len(widths)), widths / 2)
+    spacing, most = 1 / (len(widths) - 1), float(widths.max()) / 2
+    for beside, from_end in ((widths[1] / 2, part), (widths[-2] / 2, 1 - part)):
+        near = from_end < spacing
+        power = min(max(1 - beside / most, 0.45), 1.0)
+        half[near] = beside * (from_end[near].clip(0) / spacing) ** power
+    return half
+
+
+def fitted_to_flanks(
+    curve: Complex,
+    half: Floats,
+    outline: Outline,
+    place: complex,
+    width: float,
+    moves: StrandMoves,
+    settings: FlankFitSettings,
+) -> tuple[float, Complex]:
+    """Move the strands about a place aside until their flanks lie on the outline.
+
+    Parameters
+    ----------
+    curve : ndarray of complex, shape (n,)
+        Where the body lies, from its first end on at equal steps.
+    half : ndarray, shape (n,)
+        Half its widths, pixels.
+    outline : Outline
+        What of it lies beyond all flanks costs, too.
+    place : complex
+    width : float
+        The body's, pixels.
+    moves : StrandMoves
+    settings : FlankFitSettings
+
+    Returns
+    -------
+    cost : float
+        What is left, squared pixels times pixels of flank.
+    line : ndarray of complex, shape (n,)
+        Where the body lies so.
+    """
+    line = np.empty(len(curve), np.complex128)
+    numbers = _numbers(width, moves, settings)
+    curve = np.ascontiguousarray(curve)
+    cost = _fill_fitted(curve, half, outline.distance, place, numbers, moves.iterations, line)
+    return cost + _beyond_flanks(line, half, outline.pixels, place, numbers), line
+
+
+def _numbers(width: float, moves: StrandMoves, settings: FlankFitSettings) -> Floats:
+    """Return what compiled functions ask for, in their order."""
+    return np.array(
+        [
+            width,
+            moves.end_widths,
+            moves.strand_sd_widths * width,
+            moves.end_sd_widths * width,
+            settings.reach_widths * width,
+            settings.bend_of_shift_sd_widths * width,
+            settings.turn_sd_rad,
+            settings.edge_sd_px,
+            settings.most_off_widths * width,
+            settings.hidden_px,
+            settings.prior_px2,
+        ]
+    )
+
+
+@compiled
+def _lengths_up_to(curve: Complex) -> Floats:
+    """Return the length up to each node."""
+    s = np.zeros(len(curve))
+    for i in range(1, len(curve)):
+        s[i] = s[i - 1] + abs(curve[i] - curve[i - 1])
+    return s
+
+
+@compiled
+def _unknown_of_knots(s: Floats, near: _Indices, width: float) -> tuple[_Indices, int]:
+    """Return which unknown each knot is, one a width along the body, and how many are asked.
+
+    -1 for those that move nothing near the place.
+    """
+    at = np.full(int(s[-1] / width) + 3, -1, np.intp)
+    for i in near:
+        first = int(s[i] / width)
+        at[first] = at[first + 1] = 0
+    count = 0
+    for knot in range(len(at)):
+        if at[knot] == 0:
+            at[knot] = count
+            count += 1
+    return at, count
+
+
+@compiled
+def _inverse_covariance(at: _Indices, count: int, numbers: Floats) -> Floats:
+    """Return the inverse covariance of how far the knots are moved, and the outline's offset."""
+    end, strand_sd, end_sd, bend_sd, edge_sd = (
+        numbers[1],
+        numbers[2],
+        numbers[3],
+        numbers[5],
+        numbers[7],
+    )
+    prior = np.zeros((count + 1, count + 1))
+    bend = np.array([1.0, -2.0, 1.0])
+    for knot in range(len(at)):
+        j = at[knot]
+        if j < 0:
+            continue
+        sd = end_sd if knot < end else strand_sd
+        prior[j, j] += 1 / sd**2
+        if knot + 2 < len(at) and at[knot + 1] >= 0 and at[knot + 2] >= 0:
+            for k in range(3):
+                for m in range(3):
+                    prior[j + k, j + m] += bend[k] * bend[m] / bend_sd**2
+    prior[count, count] = 1 / edge_sd**2
+    prior *= numbers[10]
+    return prior
+
+
+@compiled
+def _turn_cost(line: Complex, step: float, numbers: Floats) -> float:
+    """Return what the turns of an end cost."""
+    over = max(1, int(np.rint(numbers[0] / step)))
+    stride = max(over // 2, 1)
+    last = min(int((numbers[1] + 2) * over), len(line))
+    total = 0.0
+    for i in range(stride, last - stride, stride):
+        turn = np.angle((line[i + stride] - line[i]) * (line[i] - line[i - stride]).conjugate())
+        total += (turn / numbers[6]) ** 2
+    return float(total * numbers[10])
+
+
+@compiled
+def _distance_at(distance: Floats32, x: float, y: float) -> float:
+    """Return the distance between pixels."""
+    u, v = int(x), int(y)
+    fu, fv = x - u, y - v
+    above = distance[v, u] * (1 - fu) + distance[v, u + 1] * fu
+    below = distance[v + 1, u] * (1 - fu) + distance[v + 1, u + 1] * fu
+    return float(above * (1 - fv) + below * fv)
+
+
+@compiled
+def _is_hidden(
+    point: complex, i: int, line: Complex, half: Floats, s: Floats, about: _Indices, numbers: Floats
+) -> bool:
+    """Tell whether a flank's point lies within another strand, or within its own at a bend."""
+    width, hidden = numbers[0], numbers[9]
+    for m in about:
+        reach = half[m] + (hidden if abs(s[m] - s[i]) > 1.5 * width else -0.12 * width)
+        q = line[m] - point
+        if reach > 0 and q.real * q.real + q.imag * q.imag < reach * reach:
+            return True
+    return False
+
+
+@compiled
+def _fill_off(
+    line: Complex,
+    half: Floats,
+    s: Floats,
+    near: _Indices,
+    about: _Indices,
+    edge: float,
+    distance: Floats32,
+    numbers: Floats,
+    off: Floats,
+    side: Floats,
+) -> float:
+    """Fill in how far each flank near the place is off, and to which side it is; sum that up."""
+    height, across = distance.shape
+    last, most, total = len(line) - 1, numbers[8], 0.0
+    for row in range(len(near)):
+        i = near[row]
+        along = line[min(i + 1, last)] - line[max(i - 1, 0)]
+        normal = 1j * along / max(abs(along), 1e-9)
+        for j in range(2):
+            off[row, j] = side[row, j] = 0.0
+            sign = 1.0 - 2.0 * j
+            point = line[i] + sign * half[i] * normal
+            x, y = point.real, point.imag
+            if not (0 <= x < across - 1 and 0 <= y < height - 1):
+                continue
+            away = _distance_at(distance, x, y) + edge
+            if away < 0 and _is_hidden(point, i, line, half, s, about, numbers):
+                continue
+            off[row, j], side[row, j] = away, sign
+            total += min(away * away, most * most)
+    return total
+
+
+@compiled
+def _add_flanks(
+    a: Floats,
+    b: Floats,
+    s: Floats,
+    near: _Indices,
+    at: _Indices,
+    off: Floats,
+    side: Floats,
+    step: float,
+    numbers: Floats,
+) -> None:
+    """Add to the normal equations what each flank says."""
+    width, most, last = numbers[0], numbers[8], len(b) - 1
+    for row in range(len(near)):
+        knot = s[near[row]] / width
+        first = int(knot)
+        j, k, part = at[first], at[first + 1], knot - first
+        for flank in range(2):
+            sign, away = side[row, flank], off[row, flank]
+            if sign == 0:
+                continue
+            weight = step * (1.0 if abs(away) < most else most / abs(away))
+            one, other = sign * (1 - part), sign * part
+            a[j, j] += weight * one * one
+            a[k, k] += weight * other * other
+            a[j, k] += weight * one * other
+            a[k, j] += weight * one * other
+            for m, slope in ((j, one), (k, other)):
+                a[m, last] += weight * slope
+                a[last, m] += weight * slope
+                b[m] -= weight * slope * away
+            a[last, last] += weight
+            b[last] -= weight * away
+
+
+@compiled_for(
+    array_read(types.complex128),
+    array_read(types.float64),
+    array_read(types.float32, 2),
+    types.complex128,
+    array_read(types.float64),
+    types.intp,
+    array_written(types.complex128),
+)
+def _fill_fitted(
+    curve: Complex,
+    half: Floats,
+    distance: Floats32,
+    place: complex,
+    numbers: Floats,
+    iterations: int,
+    best: Complex,
+) -> float:
+    """Fill in the best line, and return its cost."""
+    width, reach = numbers[0], numbers[4]
+    s = _lengths_up_to(curve)
+    step = s[-1] / (len(curve) - 1)
+    away = np.abs(curve - place)
+    near, about = np.flatnonzero(away < reach), np.flatnonzero(away < reach + width)
+    at, count = _unknown_of_knots(s, near, width)
+    prior = _inverse_covariance(at, count, numbers)
+    x, least = np.zeros(count + 1), np.inf
+    off, side = np.zeros((len(near), 2)), np.zeros((len(near), 2))
+    line = curve.copy()
+    for i in range(iterations + 1):
+        for node in near:
+            knot = s[node] / width
+            first = int(knot)
+            aside = x[at[first]] * (first + 1 - knot) + x[at[first + 1]] * (knot - first)
+            before, after = max(int(node) - 1, 0), min(int(node) + 1, len(curve) - 1)
+            along = curve[after] - curve[before]
+            line[node] = curve[node] + aside * 1j * along / max(abs(along), 1e-9)
+        total = _fill_off(line, half, s, near, about, x[count], distance, numbers, off, side)
+        cost = total * step + x @ (prior @ x) + _turn_cost(line, step, numbers)
+        if cost < least:
+            least = cost
+            best[:] = line
+        if i < iterations:
+            a, b = prior.copy(), -(prior @ x)
+            _add_flanks(a, b, s, near, at, off, side, step, numbers)
+            x = x + np.linalg.solve(a, b)
+    return least
+
+
+@compiled_for(
+    array_read(types.complex128),
+    array_read(types.float64),
+    array_read(types.complex128),
+    types.complex128,
+    array_read(types.float64),
+)
+def _beyond_flanks(
+    line: Complex, half: Floats, outline: Complex, place: complex, numbers: Floats
+) -> float:
+    """Return what the outline near a place costs that lies beyond all flanks."""
+    width, reach, most, total = numbers[0], numbers[4], numbers[8], 0.0
+    about = np.flatnonzero(np.abs(line - place) < reach + width)
+    for point in outline:
+        if abs(point - place) > reach:
+            continue
+        beyond = most + 0.5
+        for m in about:
+            beyond = min(beyond, abs(line[m] - point) - half[m])
+            if beyond < 0.5:
+                break
+        total += max(beyond - 0.5, 0.0) ** 2
+    return total
