@@ -1,21 +1,39 @@
 """An end that may be another, or that the picture does not show, is no surer than what tells it."""
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 import pytest
-from body_searches import search_after
+from body_searches import candidate, search_after
+from drawn_folds import NODES_PER_WIDTH, Drawn, as_rows
 
+from worm_model.simulator.rig.strands import polyline_body
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.propagation.end_sureness import (
     end_sd_px_of,
     most_end_sd_px,
+    outline_sd_px,
     s_at_end,
 )
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
 WIDTH = 12.0
+
+
+class Tapered(Drawn):
+    """A body whose ends taper over two widths; a round one may turn about its middle unseen."""
+
+    @cached_property
+    def body(self):
+        s = np.linspace(0.0, 1.0, len(self.curve)) * WIDTH * len(self.curve) / NODES_PER_WIDTH
+        part = np.minimum(s, s[-1] - s) / (2 * WIDTH)
+        return polyline_body(as_rows(self.curve), WIDTH * (0.15 + 0.85 * np.minimum(part, 1.0)))
+
+
+COMES_OUT = [(9.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (3.55, 0.0)]
+"""A body whose last end crosses its own strand and ends a width beyond its middle."""
 
 
 def hairpin(apart_px, beyond_px=0.0):
@@ -93,6 +111,33 @@ def test_of_one_shade_an_end_is_as_sure_as_its_outline_tells(outline_px, loop_in
     )
     first, _ = end_sd_px_of(replace(body, doubt_by_bends=loop_in_doubt), model, search.settings)
     assert first == pytest.approx(0.02 * path.length if told_px == "by length" else told_px)
+
+
+@pytest.mark.parametrize(
+    ("arcs", "darkening", "is_clear"),
+    [
+        pytest.param(COMES_OUT, 0.0, True, id="comes out"),
+        pytest.param([(8.0, 0.0), (6 * np.pi + 3, 1 / 3)], 0.0, False, id="lies along the body"),
+        pytest.param(COMES_OUT, 0.45, False, id="overlaps tell it"),
+    ],
+)
+def test_the_outline_tells_an_end_that_comes_out_from_under_the_body(arcs, darkening, is_clear):
+    drawn = Tapered.of(arcs, WIDTH, darker=darkening > 0)
+    path = BodyPath(evenly(drawn.at(np.linspace(0.0, drawn.length, 600)), 240))
+    model = search_after(path, WIDTH, 1, loops_known=True).model
+    at = np.linspace(0.0, drawn.length, len(model.widths))
+    widths = np.interp(at, drawn.body.s_px, drawn.body.width_px)
+    model = replace(model, widths=widths, darkening=darkening)
+    settings = PropagationSettings()
+    found = replace(candidate(path), end_sd_px=(1.0, 1.0))
+    first, last = outline_sd_px(drawn.mask, found, model, settings)
+    assert first == np.inf, "it lies by itself: that is not asked"
+    assert (last < settings.most_end_sd_widths * WIDTH) is is_clear
+    unsure = replace(found, end_sd_px=(1.0, WIDTH))
+    assert outline_sd_px(drawn.mask, unsure, model, settings) == (np.inf, np.inf)
+    by_flanks = replace(unsure, flanks_sd_px=(np.inf, 3.0))
+    told = outline_sd_px(drawn.mask, by_flanks, model, settings)
+    assert told == ((np.inf, np.inf) if darkening else (np.inf, 3.0)), "flanks that fit tell more"
 
 
 @pytest.mark.parametrize(("crossing", "is_hidden"), [(True, True), (False, False)])

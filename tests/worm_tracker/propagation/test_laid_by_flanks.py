@@ -37,8 +37,8 @@ def test_an_end_told_too_short_is_laid_where_it_is_seen(longer_widths):
     assert abs(found.path.curve[-1] - true[-1]) > 0.99 * WIDTH
     assert abs(anew.path.curve[-1] - true[-1]) < 0.3 * WIDTH
     assert abs(anew.path.curve[0] - found.path.curve[0]) < 1e-6
-    assert anew.outline_sd_px[0] == np.inf, "it lies by itself: that is not asked"
-    assert anew.outline_sd_px[1] < 0.35 * WIDTH
+    assert anew.flanks_sd_px[0] == np.inf, "it lies by itself: that is not asked"
+    assert anew.flanks_sd_px[1] < 0.35 * WIDTH
     assert anew.end_sd_px[0] == SEEN_PX[0]
     assert anew.end_sd_px[1] < SEEN_PX[1], "it is followed as surely as it is seen there"
 
@@ -52,6 +52,6 @@ def test_an_end_beside_the_other_one_is_not_asked():
     """What is seen of one may be the other."""
     search, found, _ = search_of(RING)
     anew = with_ends_by_flanks(search, found)
-    assert anew.outline_sd_px == (np.inf, np.inf)
+    assert anew.flanks_sd_px == (np.inf, np.inf)
     assert anew.end_sd_px == SEEN_PX
     assert anew.path is found.path

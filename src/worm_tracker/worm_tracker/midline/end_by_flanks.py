@@ -55,18 +55,22 @@ class EndByFlanksSettings:
     likelihood_px2: float = 1.2
     """What a place costs more that is less likely by a factor of e. By flanks alone a hundredth of
     that would do; but widths are not known so well."""
+    likelihood_over_cost: float = 0.3
+    """The same at least, over what the best place costs: where flanks fit less well anywhere they
+    tell less well where an end is, and count less than where it was followed."""
     most_cost_px2: float = 8.0
-    """What does not fit so well for another reason does not tell of the end."""
+    """What fits less well even at its best tells nothing of the end: so do all frames of a real
+    worm whose brightness is patchy."""
+    most_cost_moved_px2: float = 16.0
+    """The same for an end to be moved."""
     place_sd_over_end_sd: float = 2.0
     least_place_sd_widths: float = 0.5
     told_place_sd_widths: float = 1.0
     """How far from where it was followed an end may lie: for it to be moved there, over how surely
     it was followed, and at least; and where it is asked how surely it lies there."""
-    least_gain_px2: float = 1.0
-    least_gain_relative: float = 0.3
+    least_gain_over_likelihood: float = 1.5
     least_moved_widths: float = 0.25
-    """How much less another place must cost, also over what the end costs where it is, and how far
-    away it must be, for the end to be moved there."""
+    """How much likelier another place must be, and how far away, for the end to be moved there."""
     fit: FlankFitSettings = field(default_factory=FlankFitSettings)
 
 
@@ -139,18 +143,22 @@ def end_by_flanks(
     if not tried:
         return EndByFlanks(None, inf)
     sd = max(settings.place_sd_over_end_sd * known.sd_px, settings.least_place_sd_widths * width)
-    tried.sort(key=lambda each: view.cost(each, sd))
+    tried.sort(key=lambda each: view.cost(each, sd, settings.likelihood_px2))
     stays = view.fitted_finer(curve, settings.end_widths)
     few, others = tried[: settings.tried_finer], tried[settings.tried_finer :]
     places = [stays, *(again for each in few for again in view.fitted_again(each)), *others]
-    cost = [view.cost(each, sd) for each in places]
+    least = min(each.cost for each in places)
+    likelihood = max(settings.likelihood_px2, settings.likelihood_over_cost * least)
+    cost = [view.cost(each, sd, likelihood) for each in places]
     best = places[int(np.argmin(cost))]
     gain = cost[0] - min(cost)
-    least = max(settings.least_gain_px2, settings.least_gain_relative * (best.cost + gain))
-    least_px = settings.least_moved_widths * width
-    moves = gain > least and abs(best.line[0] - curve[0]) > least_px
+    moves = gain > settings.least_gain_over_likelihood * likelihood
+    moves &= best.cost < settings.most_cost_moved_px2
+    moves &= abs(best.line[0] - curve[0]) > settings.least_moved_widths * width
     told = best if moves else stays
-    sd_px = view.spread_about(told, places) if told.cost < settings.most_cost_px2 else inf
+    sd_px = inf
+    if told.cost < settings.most_cost_px2:
+        sd_px = view.spread_about(told, places, likelihood)
     return EndByFlanks(told.line if moves else None, sd_px)
 
 
@@ -165,18 +173,18 @@ class _Surroundings:
     known: KnownEnd
     settings: EndByFlanksSettings
 
-    def cost(self, placed: _PlacedEnd, sd: float) -> float:
+    def cost(self, placed: _PlacedEnd, sd: float, likelihood: float) -> float:
         """Return what a body costs if its end is within about `sd` of the place."""
         line, known = placed.line, self.known
         away = float(abs(line[0] - self.place)) / sd
         longer = (float(complex_arc_length(line)[-1]) - known.length_px) / known.length_sd_px
-        return placed.cost + self.settings.likelihood_px2 * (away**2 + longer**2) / 2
+        return placed.cost + likelihood * (away**2 + longer**2) / 2
 
-    def spread_about(self, told: _PlacedEnd, places: list[_PlacedEnd]) -> float:
+    def spread_about(self, told: _PlacedEnd, places: list[_PlacedEnd], likelihood: float) -> float:
         """Return how far from an end likely ones lie, root mean square, pixels."""
         sd = self.settings.told_place_sd_widths * self.width
-        cost = np.array([self.cost(each, sd) for each in places])
-        likely = np.exp((cost.min() - cost) / self.settings.likelihood_px2)
+        cost = np.array([self.cost(each, sd, likelihood) for each in places])
+        likely = np.exp((cost.min() - cost) / likelihood)
         away = np.abs(np.array([each.line[0] for each in places]) - told.line[0])
         return sqrt(np.average(away**2, weights=likely))
 

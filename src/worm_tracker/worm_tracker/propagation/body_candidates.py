@@ -38,6 +38,7 @@ from worm_tracker.propagation.end_sureness import (
     end_sd_px_of,
     half_widths_along,
     most_end_sd_px,
+    outline_sd_px,
     s_at_end,
     whole_ends,
 )
@@ -143,7 +144,7 @@ class CandidateSearch:
             hides_slack=self.hides_slack(found),
             is_s_at_end=s_at_end(found.path, width, self.settings),
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
-            outline_sd_px=found.outline_sd_px,
+            outline_sd_px=outline_sd_px(self.seen.mask, found, model, self.settings),
         )
 
     def hides_slack(self, found: Candidate) -> bool:
@@ -294,7 +295,7 @@ class CandidateSearch:
         return replace(
             turned,
             end_sd_px=found.end_sd_px[::-1],
-            outline_sd_px=found.outline_sd_px[::-1],
+            flanks_sd_px=found.flanks_sd_px[::-1],
             order_score=-score,
             turned_round=was_wrong,
             was_exchanged=True,  # its ends have been exchanged on the way, and what is between

@@ -21,8 +21,8 @@ class Candidate:
         What of the two does not agree.
     end_sd_px : tuple of float
         How surely its ends are where they are said to be.
-    outline_sd_px : tuple of float
-        How surely the outline tells where each end on the body is; inf where it was not asked.
+    flanks_sd_px : tuple of float
+        How surely the flanks beside each end on the body tell where it is; inf where they do not.
     straighter : float
         As in `PropagatedBody`: how much straighter it would be with two of its strands exchanged.
     order_score : float or None
@@ -38,7 +38,7 @@ class Candidate:
     agreement: float
     unexplained: Unexplained
     end_sd_px: tuple[float, float] = (0.0, 0.0)
-    outline_sd_px: tuple[float, float] = (inf, inf)
+    flanks_sd_px: tuple[float, float] = (inf, inf)
     straighter: float = 0.0
     order_score: float | None = None
     turned_round: bool = False

@@ -4,15 +4,17 @@ from math import inf, log
 
 import numpy as np
 
-from worm_msgs_py.arrays import Floats, Picture
+from worm_msgs_py.arrays import Complex, Floats, Picture
 from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.end_marks import log_odds_of_whole_end
+from worm_tracker.midline.other_ends import other_ends, sd_by_outline
 from worm_tracker.midline.path import BodyPath, s_turn_at_ends
 from worm_tracker.midline.self_cover import (
     ends_on_body,
     lies_near_itself,
     strands_at_ends,
 )
+from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.overlaps import is_marked, marked_ends, overlaps_tell
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
@@ -119,6 +121,53 @@ def whole_ends(
         )
     )
     return first, last
+
+
+def outline_sd_px(
+    mask: Picture, found: Candidate, model: BodyModel, settings: PropagationSettings
+) -> tuple[float, float]:
+    """Return of each end on or beside the body how surely the outline tells where it lies.
+
+    A standard deviation in pixels, asked where overlaps are no darker, so that nothing else tells;
+    inf where it is not asked. By the flanks beside it, where they fit; else by what ends elsewhere
+    leave unexplained.
+
+    Parameters
+    ----------
+    mask : ndarray of uint8, shape (h, w)
+        The object.
+    found : Candidate
+        The body, in the mask's coordinates.
+    model : BodyModel
+    settings : PropagationSettings
+    """
+    if overlaps_tell(model, settings):
+        return inf, inf
+    path, most_px = found.path, settings.most_end_sd_widths * model.width
+    on_body = ends_on_body(path.curve, settings.near_end_widths * model.width, path.step)
+    half = half_widths_along(path, model)
+    first, last = (
+        _first_end_sd_px(mask, curve, widths, model.width, settings)
+        if on and sd < most_px and flanks == inf
+        else flanks
+        for on, sd, flanks, curve, widths in zip(
+            on_body,
+            found.end_sd_px,
+            found.flanks_sd_px,
+            (path.curve, path.curve[::-1]),
+            (half, half[::-1]),
+            strict=True,
+        )
+    )
+    return first, last
+
+
+def _first_end_sd_px(
+    mask: Picture, curve: Complex, half: Floats, width: float, settings: PropagationSettings
+) -> float:
+    """Return how surely the outline tells where a path's first end is."""
+    others = other_ends(mask, curve, half, width, settings.residual.drawing, settings.other_ends)
+    return sd_by_outline(others, settings.other_ends)
 
 
 def half_widths_along(path: BodyPath, model: BodyModel) -> Floats:

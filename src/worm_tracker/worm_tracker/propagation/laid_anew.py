@@ -7,13 +7,15 @@ where the outline tells that an end lies otherwise.
 from dataclasses import replace
 
 from worm_tracker.midline.body_model import end_displacement
+from worm_tracker.midline.other_ends import likelier_end, other_ends
 from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.regrown_ends import regrown
+from worm_tracker.midline.self_cover import ends_on_body
 from worm_tracker.midline.strand_exchange import exchanged_strands
 from worm_tracker.midline.strand_shift import shifted_strands
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
-from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
+from worm_tracker.propagation.end_sureness import end_sd_px_of, half_widths_along, most_end_sd_px
 from worm_tracker.propagation.laid_by_flanks import with_ends_by_flanks
 from worm_tracker.propagation.loops_in_doubt import turns_known_loop
 
@@ -25,7 +27,8 @@ def followed_body(scene: CandidateSearch) -> Candidate | None:
         return None
     if scene.over_limits(found) > 1 or any(scene.ends_lack(found)):
         found = _slid_again(scene, _with_missing_parts(scene, found))
-    return with_strands_exchanged(scene, with_ends_by_flanks(scene, found))
+    found = with_ends_by_flanks(scene, _with_likelier_ends(scene, found))
+    return with_strands_exchanged(scene, found)
 
 
 def _slid_again(scene: CandidateSearch, found: Candidate) -> Candidate:
@@ -50,6 +53,42 @@ def _slid_again(scene: CandidateSearch, found: Candidate) -> Candidate:
         if scene.over_limits(found) <= 1:
             break
     return found
+
+
+def _with_likelier_ends(scene: CandidateSearch, found: Candidate) -> Candidate:
+    """Return a body each end of which lies where its outline is explained best.
+
+    Where overlaps are no darker a path that leads an end over the body is not told from others: an
+    end that has turned aside unseen shows itself by its outline alone.
+    """
+    if scene.seen.dark is not None:
+        return found
+    near_px = scene.settings.near_end_widths * scene.model.width
+    for last_end in (False, True):
+        if not ends_on_body(found.path.curve, near_px, found.path.step)[last_end]:
+            continue
+        path = _with_likelier_end(scene, found.path, last_end)
+        if path is None:
+            continue
+        anew = scene.scored(path, scene.model.widths)
+        more = anew.unexplained.total - found.unexplained.total
+        if more <= scene.settings.most_lost_by_likelier_end_widths2:
+            found = replace(anew, end_sd_px=found.end_sd_px)
+    return found
+
+
+def _with_likelier_end(scene: CandidateSearch, path: BodyPath, last_end: bool) -> BodyPath | None:
+    """Return a path one end of which lies where it is likelier; None where nowhere else is."""
+    model, settings = scene.model, scene.settings
+    curve, half = path.curve, half_widths_along(path, model)
+    if last_end:
+        curve, half = curve[::-1], half[::-1]
+    drawing, places = settings.residual.drawing, settings.other_ends
+    others = other_ends(scene.seen.mask, curve, half, model.width, drawing, places)
+    line = likelier_end(others, curve, model.width, places)
+    if line is None:
+        return None
+    return BodyPath(line[::-1] if last_end else line, path.ways)
 
 
 def with_strands_exchanged(scene: CandidateSearch, found: Candidate) -> Candidate:

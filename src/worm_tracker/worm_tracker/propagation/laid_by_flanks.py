@@ -41,7 +41,7 @@ def with_ends_by_flanks(scene: CandidateSearch, found: Candidate) -> Candidate:
     first, last = (
         min(seen, max(told, least)) for seen, told in zip(found.end_sd_px, sds, strict=True)
     )
-    return replace(found, end_sd_px=(first, last), outline_sd_px=(sds[0], sds[1]))
+    return replace(found, end_sd_px=(first, last), flanks_sd_px=(sds[0], sds[1]))
 
 
 def _end_by_outline(scene: CandidateSearch, found: Candidate, last_end: bool) -> EndByFlanks | None:

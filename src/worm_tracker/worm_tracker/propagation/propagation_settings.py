@@ -10,6 +10,7 @@ from worm_tracker.midline.end_marks import EndMarksSettings
 from worm_tracker.midline.end_residual import EndResidualSettings
 from worm_tracker.midline.hidden_slack import HiddenSlackSettings
 from worm_tracker.midline.led_out import LedOutSettings
+from worm_tracker.midline.other_ends import OtherEndsSettings
 from worm_tracker.midline.other_ways import OtherWaysSettings
 from worm_tracker.midline.overlap_darkening import OverlapDarkeningSettings
 from worm_tracker.midline.path_following import PathFollowingSettings
@@ -212,6 +213,7 @@ class PropagationSettings:
     end_residual: EndResidualSettings = field(default_factory=EndResidualSettings)
     overlaps: OverlapDarkeningSettings = field(default_factory=OverlapDarkeningSettings)
     led_out: LedOutSettings = field(default_factory=LedOutSettings)
+    other_ends: OtherEndsSettings = field(default_factory=OtherEndsSettings)
     other_ways: OtherWaysSettings = field(default_factory=OtherWaysSettings)
     regrow: RegrownEndsSettings = field(default_factory=RegrownEndsSettings)
     exchange: StrandExchangeSettings = field(default_factory=StrandExchangeSettings)
