@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_tracker.midline.end_by_flanks import EndByFlanksSettings, KnownEnd, end_by_flanks
-from worm_tracker.midline.flank_fit import Outline
+from worm_tracker.midline.object_outline import Outline
 from worm_tracker.midline.path import evenly, nodes_for
 
 WIDTH = 14.0

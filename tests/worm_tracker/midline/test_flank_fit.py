@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from worm_tracker.midline.curve import complex_arc_length
 from worm_tracker.midline.flank_fit import (
     FlankFitSettings,
-    Outline,
     StrandMoves,
     fitted_to_flanks,
     rounded_half_widths,
 )
+from worm_tracker.midline.object_outline import Outline
 from worm_tracker.midline.path import evenly, nodes_for
 
 WIDTH = 14.0

@@ -16,11 +16,11 @@ from worm_msgs_py.arrays import Complex, Floats
 from worm_tracker.midline.curve import complex_arc_length
 from worm_tracker.midline.flank_fit import (
     FlankFitSettings,
-    Outline,
     StrandMoves,
     fitted_to_flanks,
     rounded_half_widths,
 )
+from worm_tracker.midline.object_outline import Outline
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,6 +176,7 @@ class _Surroundings:
     place: complex
     known: KnownEnd
     settings: EndByFlanksSettings
+    half_widths: dict[int, Floats] = field(default_factory=dict)
 
     def cost(self, placed: _PlacedEnd, sd: float, likelihood: float) -> float:
         """Return what a body costs if its end is within about `sd` of the place."""
@@ -217,8 +218,15 @@ class _Surroundings:
             if len(start) >= settings.least_nodes
         ]
 
+    def half_widths_of(self, nodes: int) -> Floats:
+        """Return half the width at each node of a body of so many: many have as many."""
+        if nodes not in self.half_widths:
+            part = np.linspace(0, 1, nodes)
+            self.half_widths[nodes] = rounded_half_widths(part, self.widths)
+        return self.half_widths[nodes]
+
     def _fitted_by(self, start: Complex, moves: StrandMoves) -> _PlacedEnd:
-        half = rounded_half_widths(np.linspace(0, 1, len(start)), self.widths)
+        half = self.half_widths_of(len(start))
         cost, line = fitted_to_flanks(
             start, half, self.outline, self.place, self.width, moves, self.settings.fit
         )

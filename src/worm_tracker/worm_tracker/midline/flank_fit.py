@@ -6,13 +6,13 @@ the outline, and none lies beyond it.
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
+from worm_msgs_py.arrays import Complex, Floats, Floats32
 from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
+from worm_tracker.midline.object_outline import Outline
 
 _Indices = NDArray[np.intp]
 
@@ -35,36 +35,6 @@ class FlankFitSettings:
     """How near to another strand a flank is hidden by it: between two as near no water is seen."""
     prior_px2: float = 0.4
     """What a standard deviation more costs, over a squared pixel along a pixel of a flank."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Outline:
-    """An object's outline.
-
-    Attributes
-    ----------
-    distance : ndarray of float32, shape (h, w)
-        How far each pixel is from it, less than 0 within the object.
-    pixels : ndarray of complex, shape (n,)
-        Those on it, u + iv.
-    """
-
-    distance: Floats32
-    pixels: Complex
-
-    @classmethod
-    def of(cls, signal: Picture, level: float) -> "Outline":
-        """Return the outline of what has more than a level of signal."""
-        size = signal.shape[1], signal.shape[0]
-        fine = cv2.resize(signal.astype(np.float32), None, None, 2, 2, cv2.INTER_CUBIC)
-        inside = (fine > level).astype(np.uint8)
-        to_object = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5)
-        to_water = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
-        distance = np.where(inside > 0, 0.5 - to_water, to_object - 0.5).astype(np.float32)
-        smooth = cv2.GaussianBlur(distance, (0, 0), 1.0) / 2
-        distance = np.asarray(cv2.resize(smooth, size, interpolation=cv2.INTER_AREA), np.float32)
-        v, u = np.nonzero(np.abs(distance) < 0.5)
-        return cls(distance, u + 1j * v)
 
 
 @dataclass(frozen=True, slots=True)
@@ -385,16 +355,25 @@ def _fill_fitted(
 def _beyond_flanks(
     line: Complex, half: Floats, outline: Complex, place: complex, numbers: Floats
 ) -> float:
-    """Return what the outline near a place costs that lies beyond all flanks."""
+    """Return what the outline near a place costs that lies beyond all flanks.
+
+    Each pixel is looked for first where the one before lay.
+    """
     width, reach, most, total = numbers[0], numbers[4], numbers[8], 0.0
     about = np.flatnonzero(np.abs(line - place) < reach + width)
+    count, first = len(about), 0
     for point in outline:
         if abs(point - place) > reach:
             continue
-        beyond = most + 0.5
-        for m in about:
-            beyond = min(beyond, abs(line[m] - point) - half[m])
-            if beyond < 0.5:
+        nearest = most + 0.5
+        for k in range(count):
+            node = about[(first + k) % count]
+            q, within = line[node] - point, half[node] + 0.5
+            away2 = q.real * q.real + q.imag * q.imag
+            if away2 < within * within:
+                nearest, first = 0.0, (first + k) % count
                 break
-        total += max(beyond - 0.5, 0.0) ** 2
-    return total
+            if away2 < (within + nearest) ** 2:
+                nearest = min(nearest, np.sqrt(away2) - half[node])
+        total += max(nearest - 0.5, 0.0) ** 2
+    return float(total)

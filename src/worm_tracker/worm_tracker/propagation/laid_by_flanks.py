@@ -12,7 +12,7 @@ import numpy as np
 from worm_msgs_py.arrays import Complex
 from worm_tracker.midline.curve import complex_arc_length
 from worm_tracker.midline.end_by_flanks import EndByFlanks, KnownEnd, end_by_flanks
-from worm_tracker.midline.flank_fit import Outline
+from worm_tracker.midline.object_outline import Outline
 from worm_tracker.midline.path import BodyPath, evenly, nodes_for
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.propagation.body_candidates import CandidateSearch
