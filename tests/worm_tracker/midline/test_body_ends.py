@@ -49,7 +49,7 @@ def test_ends_in_clear_water_are_where_it_begins(off, slid):
     true = expected[0] + off[0] * WIDTH, expected[1] + off[1] * WIDTH
     for end, at in zip(found(seen(*true), expected), true, strict=True):
         assert abs(end.at - at) <= STEP
-        assert end.sd < STEP
+        assert end.sd < 1.3 * STEP, "midway between two nodes either is as likely"
 
 
 @given(off=PLACES, slid=st.floats(-1.0, 1.0), hidden=st.floats(0.0, 3.0))
