@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from drawn_folds import HEADINGS, LEVEL, Drawn, laid, rounded_widths
+from drawn_folds import HEADINGS, LEVEL, Drawn, rounded_widths
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -61,17 +61,6 @@ def test_an_end_that_was_followed_short_is_found_where_it_comes_out(cut_widths, 
     assert abs(end.curve[0] - true) < 0.35 * WIDTH
     assert abs(end.curve[-1] - curve[-1]) < 1e-6, "the rest of it lies as it did"
     assert end_of(drawn, end.curve).sd_px < MOST_SD_PX, "it is told there, then at the latest"
-
-
-@pytest.mark.parametrize("bend", [-0.5, 0.5])
-def test_an_end_that_turned_aside_is_found_on_that_side(bend):
-    straight, turned = [(20.0, 0.0)], [(17.5, 0.0), (2.5, bend)]
-    drawn = Drawn.of(turned, WIDTH, darker=False)
-    onwards = laid(straight, WIDTH)
-    curve = evenly((onwards + drawn.curve[0] - onwards[0])[::-1], 120)
-    end = end_of(drawn, curve)
-    assert abs(curve[0] - drawn.curve[-1]) > 0.9 * WIDTH
-    assert abs(end.curve[0] - drawn.curve[-1]) < 0.35 * WIDTH
 
 
 @given(heading=HEADINGS, cut=st.floats(0.5, 2.0))

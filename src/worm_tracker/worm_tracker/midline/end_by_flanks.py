@@ -29,16 +29,16 @@ class EndByFlanksSettings:
 
     longer_widths: tuple[float, ...] = (-2.4, -1.6, -0.8, 0.0, 0.8, 1.6, 2.4)
     """How much longer than it is the body is tried."""
-    aside_widths: tuple[float, ...] = (-1.0, -0.5, 0.0, 0.5, 1.0)
+    aside_widths: tuple[float, ...] = (-0.5, 0.0, 0.5)
     aside_over_widths: float = 4.0
     """How far aside its end is tried, and over how much of it that comes about."""
     iterations: int = 3
     strand_sd_widths: float = 0.15
     end_sd_widths: float = 0.6
     """How often strands are moved, and how far: those of the body, and the end."""
-    tried_finer: int = 6
+    tried_finer: int = 4
     finer_widths: tuple[float, ...] = (-0.3, 0.0, 0.3)
-    finer_iterations: int = 6
+    finer_iterations: int = 3
     finer_strand_sd_widths: float = 0.1
     finer_end_sd_widths: float = 0.3
     """How many of those that do best are fitted again, by how much shorter and longer, too, and the
