@@ -6,7 +6,12 @@ from drawn_folds import HEADINGS, LEVEL, Drawn, rounded_widths
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_tracker.midline.end_by_flanks import EndByFlanksSettings, KnownEnd, end_by_flanks
+from worm_tracker.midline.end_by_flanks import (
+    EndByFlanksSettings,
+    KnownEnd,
+    end_by_flanks,
+    rounded_half_widths,
+)
 from worm_tracker.midline.object_outline import Outline
 from worm_tracker.midline.path import evenly, nodes_for
 
@@ -97,3 +102,19 @@ def test_an_end_beyond_the_picture_is_not_told():
     curve = from_last_end(drawn)
     beyond = end_of(drawn, curve, drawn.signal[:, : int(curve[0].real - 2 * WIDTH)])
     assert end_of(drawn, curve).sd_px < MOST_SD_PX < beyond.sd_px
+
+
+@pytest.mark.parametrize(
+    ("beside", "least_part", "most_part"),
+    [pytest.param(0.9, 0.6, 1.0, id="blunt"), pytest.param(0.1, 0.4, 0.6, id="pointed")],
+)
+def test_an_end_is_as_round_as_it_is_blunt(beside, least_part, most_part):
+    """Half-way to the first width that is known, a pointed end is half as wide as there."""
+    widths = np.full(65, 20.0)
+    widths[[0, -1]], widths[[1, -2]] = 0.0, beside * 20.0
+    half = rounded_half_widths(np.array([0.0, 0.5 / 64, 1 / 64, 0.5, 1 - 0.5 / 64, 1.0]), widths)
+    assert half[[0, -1]] == pytest.approx(0.0)
+    assert half[2] == pytest.approx(beside * 10.0)
+    assert half[3] == pytest.approx(10.0)
+    assert least_part <= half[1] / half[2] <= most_part
+    assert half[1] == pytest.approx(half[4])

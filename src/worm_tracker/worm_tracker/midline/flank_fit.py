@@ -5,6 +5,7 @@ the outline, and none lies beyond it.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import types
@@ -15,6 +16,46 @@ from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_
 from worm_tracker.midline.object_outline import Outline
 
 _Indices = NDArray[np.intp]
+
+
+class _FitNumbers(NamedTuple):
+    """What compiled functions ask for: lengths in pixels, `end_widths` in widths."""
+
+    width: float
+    end_widths: float
+    strand_sd: float
+    end_sd: float
+    reach: float
+    bend_of_shift_sd: float
+    turn_sd: float
+    edge_sd: float
+    most_off: float
+    apart_along: float
+    hidden: float
+    hidden_within: float
+    prior: float
+
+    @classmethod
+    def of(cls, width: float, moves: "StrandMoves", settings: "FlankFitSettings") -> "_FitNumbers":
+        """Return the numbers of a body so wide."""
+        return cls(
+            width=width,
+            end_widths=moves.end_widths,
+            strand_sd=moves.strand_sd_widths * width,
+            end_sd=moves.end_sd_widths * width,
+            reach=settings.reach_widths * width,
+            bend_of_shift_sd=settings.bend_of_shift_sd_widths * width,
+            turn_sd=settings.turn_sd_rad,
+            edge_sd=settings.edge_sd_px,
+            most_off=settings.most_off_widths * width,
+            apart_along=settings.apart_along_widths * width,
+            hidden=settings.hidden_px,
+            hidden_within=settings.hidden_within_widths * width,
+            prior=settings.prior_px2,
+        )
+
+
+_FIT_NUMBERS = types.NamedUniTuple(types.float64, len(_FitNumbers._fields), _FitNumbers)
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +74,10 @@ class FlankFitSettings:
     """What lies farther from the outline than that counts as that much."""
     hidden_px: float = 1.2
     """How near to another strand a flank is hidden by it: between two as near no water is seen."""
+    apart_along_widths: float = 1.5
+    hidden_within_widths: float = 0.12
+    """How far along the body another strand is apart; nearer, a flank is hidden at a sharp bend,
+    where it lies so far within the body."""
     prior_px2: float = 0.4
     """What a standard deviation more costs, over a squared pixel along a pixel of a flank."""
 
@@ -55,25 +100,6 @@ class StrandMoves:
     strand_sd_widths: float
     end_sd_widths: float
     iterations: int
-
-
-def rounded_half_widths(part: Floats, widths: Floats) -> Floats:
-    """Return half the width at parts of a body's length, with its ends as round as they are blunt.
-
-    Parameters
-    ----------
-    part : ndarray, shape (n,)
-        0 to 1.
-    widths : ndarray, shape (m,)
-        At equal steps.
-    """
-    half = np.interp(part, np.linspace(0, 1, len(widths)), widths / 2)
-    spacing, most = 1 / (len(widths) - 1), float(widths.max()) / 2
-    for beside, from_end in ((widths[1] / 2, part), (widths[-2] / 2, 1 - part)):
-        near = from_end < spacing
-        power = min(max(1 - beside / most, 0.45), 1.0)
-        half[near] = beside * (from_end[near].clip(0) / spacing) ** power
-    return half
 
 
 def fitted_to_flanks(
@@ -109,29 +135,10 @@ def fitted_to_flanks(
         Where the body lies so.
     """
     line = np.empty(len(curve), np.complex128)
-    numbers = _numbers(width, moves, settings)
+    numbers = _FitNumbers.of(width, moves, settings)
     curve = np.ascontiguousarray(curve)
     cost = _fill_fitted(curve, half, outline.distance, place, numbers, moves.iterations, line)
     return cost + _beyond_flanks(line, half, outline.pixels, place, numbers), line
-
-
-def _numbers(width: float, moves: StrandMoves, settings: FlankFitSettings) -> Floats:
-    """Return what compiled functions ask for, in their order."""
-    return np.array(
-        [
-            width,
-            moves.end_widths,
-            moves.strand_sd_widths * width,
-            moves.end_sd_widths * width,
-            settings.reach_widths * width,
-            settings.bend_of_shift_sd_widths * width,
-            settings.turn_sd_rad,
-            settings.edge_sd_px,
-            settings.most_off_widths * width,
-            settings.hidden_px,
-            settings.prior_px2,
-        ]
-    )
 
 
 @compiled
@@ -162,43 +169,36 @@ def _unknown_of_knots(s: Floats, near: _Indices, width: float) -> tuple[_Indices
 
 
 @compiled
-def _inverse_covariance(at: _Indices, count: int, numbers: Floats) -> Floats:
+def _inverse_covariance(at: _Indices, count: int, numbers: _FitNumbers) -> Floats:
     """Return the inverse covariance of how far the knots are moved, and the outline's offset."""
-    end, strand_sd, end_sd, bend_sd, edge_sd = (
-        numbers[1],
-        numbers[2],
-        numbers[3],
-        numbers[5],
-        numbers[7],
-    )
     prior = np.zeros((count + 1, count + 1))
     bend = np.array([1.0, -2.0, 1.0])
     for knot in range(len(at)):
         j = at[knot]
         if j < 0:
             continue
-        sd = end_sd if knot < end else strand_sd
+        sd = numbers.end_sd if knot < numbers.end_widths else numbers.strand_sd
         prior[j, j] += 1 / sd**2
         if knot + 2 < len(at) and at[knot + 1] >= 0 and at[knot + 2] >= 0:
             for k in range(3):
                 for m in range(3):
-                    prior[j + k, j + m] += bend[k] * bend[m] / bend_sd**2
-    prior[count, count] = 1 / edge_sd**2
-    prior *= numbers[10]
+                    prior[j + k, j + m] += bend[k] * bend[m] / numbers.bend_of_shift_sd**2
+    prior[count, count] = 1 / numbers.edge_sd**2
+    prior *= numbers.prior
     return prior
 
 
 @compiled
-def _turn_cost(line: Complex, step: float, numbers: Floats) -> float:
+def _turn_cost(line: Complex, step: float, numbers: _FitNumbers) -> float:
     """Return what the turns of an end cost."""
-    over = max(1, int(np.rint(numbers[0] / step)))
+    over = max(1, int(np.rint(numbers.width / step)))
     stride = max(over // 2, 1)
-    last = min(int((numbers[1] + 2) * over), len(line))
+    last = min(int((numbers.end_widths + 2) * over), len(line))
     total = 0.0
     for i in range(stride, last - stride, stride):
         turn = np.angle((line[i + stride] - line[i]) * (line[i] - line[i - stride]).conjugate())
-        total += (turn / numbers[6]) ** 2
-    return float(total * numbers[10])
+        total += (turn / numbers.turn_sd) ** 2
+    return float(total * numbers.prior)
 
 
 @compiled
@@ -213,12 +213,18 @@ def _distance_at(distance: Floats32, x: float, y: float) -> float:
 
 @compiled
 def _is_hidden(
-    point: complex, i: int, line: Complex, half: Floats, s: Floats, about: _Indices, numbers: Floats
+    point: complex,
+    i: int,
+    line: Complex,
+    half: Floats,
+    s: Floats,
+    about: _Indices,
+    numbers: _FitNumbers,
 ) -> bool:
     """Tell whether a flank's point lies within another strand, or within its own at a bend."""
-    width, hidden = numbers[0], numbers[9]
     for m in about:
-        reach = half[m] + (hidden if abs(s[m] - s[i]) > 1.5 * width else -0.12 * width)
+        is_apart = abs(s[m] - s[i]) > numbers.apart_along
+        reach = half[m] + (numbers.hidden if is_apart else -numbers.hidden_within)
         q = line[m] - point
         if reach > 0 and q.real * q.real + q.imag * q.imag < reach * reach:
             return True
@@ -234,13 +240,13 @@ def _fill_off(
     about: _Indices,
     edge: float,
     distance: Floats32,
-    numbers: Floats,
+    numbers: _FitNumbers,
     off: Floats,
     side: Floats,
 ) -> float:
     """Fill in how far each flank near the place is off, and to which side it is; sum that up."""
     height, across = distance.shape
-    last, most, total = len(line) - 1, numbers[8], 0.0
+    last, most, total = len(line) - 1, numbers.most_off, 0.0
     for row in range(len(near)):
         i = near[row]
         along = line[min(i + 1, last)] - line[max(i - 1, 0)]
@@ -270,10 +276,10 @@ def _add_flanks(
     off: Floats,
     side: Floats,
     step: float,
-    numbers: Floats,
+    numbers: _FitNumbers,
 ) -> None:
     """Add to the normal equations what each flank says."""
-    width, most, last = numbers[0], numbers[8], len(b) - 1
+    width, most, last = numbers.width, numbers.most_off, len(b) - 1
     for row in range(len(near)):
         knot = s[near[row]] / width
         first = int(knot)
@@ -301,7 +307,7 @@ def _add_flanks(
     array_read(types.float64),
     array_read(types.float32, 2),
     types.complex128,
-    array_read(types.float64),
+    _FIT_NUMBERS,
     types.intp,
     array_written(types.complex128),
 )
@@ -310,12 +316,12 @@ def _fill_fitted(
     half: Floats,
     distance: Floats32,
     place: complex,
-    numbers: Floats,
+    numbers: _FitNumbers,
     iterations: int,
     best: Complex,
 ) -> float:
     """Fill in the best line, and return its cost."""
-    width, reach = numbers[0], numbers[4]
+    width, reach = numbers.width, numbers.reach
     s = _lengths_up_to(curve)
     step = s[-1] / (len(curve) - 1)
     away = np.abs(curve - place)
@@ -350,17 +356,17 @@ def _fill_fitted(
     array_read(types.float64),
     array_read(types.complex128),
     types.complex128,
-    array_read(types.float64),
+    _FIT_NUMBERS,
 )
 def _beyond_flanks(
-    line: Complex, half: Floats, outline: Complex, place: complex, numbers: Floats
+    line: Complex, half: Floats, outline: Complex, place: complex, numbers: _FitNumbers
 ) -> float:
     """Return what the outline near a place costs that lies beyond all flanks.
 
     Each pixel is looked for first where the one before lay.
     """
-    width, reach, most, total = numbers[0], numbers[4], numbers[8], 0.0
-    about = np.flatnonzero(np.abs(line - place) < reach + width)
+    reach, most, total = numbers.reach, numbers.most_off, 0.0
+    about = np.flatnonzero(np.abs(line - place) < reach + numbers.width)
     count, first = len(about), 0
     for point in outline:
         if abs(point - place) > reach:
