@@ -97,6 +97,22 @@ def test_an_end_as_long_as_the_body_could_lie_nowhere_else():
     assert end.sd_px == np.inf
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_where_a_body_is_patchy_its_outline_tells_no_end(seed):
+    """Half of a real worm's brightness is no outline: no place fits, and any may fit best."""
+    drawn = Drawn.of(crossing(2.0), WIDTH, darker=False)
+    curve = from_last_end(drawn, 1.0)
+    patches = np.random.default_rng(seed).uniform(
+        0.2, 1.0, [n // 5 + 1 for n in drawn.signal.shape]
+    )
+    height, across = drawn.signal.shape
+    patchy = drawn.signal * np.kron(patches, np.ones((5, 5)))[:height, :across]
+    end = end_of(drawn, curve, patchy.astype(np.uint8))
+    assert end.curve is None
+    assert end.sd_px == np.inf
+    assert end_of(drawn, from_last_end(drawn)).sd_px < MOST_SD_PX, "it is told in one of one shade"
+
+
 def test_an_end_beyond_the_picture_is_not_told():
     drawn = Drawn.of([(20.0, 0.0)], WIDTH, darker=False)
     curve = from_last_end(drawn)

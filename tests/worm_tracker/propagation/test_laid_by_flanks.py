@@ -12,6 +12,8 @@ from worm_tracker.propagation.laid_by_flanks import with_ends_by_flanks
 WIDTH = 14.0
 COMES_OUT = [(16.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (3.4, 0.0)]
 """A body whose last end crosses its own strand and ends little beyond it."""
+STAYS_CLEAR = [(16.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (0.1, 0.0)]
+"""A body whose last end heads for its own strand, and ends before that."""
 RING = [(2 * np.pi * 3.0 - 0.3, 1 / 3.0)]
 """A body that goes round until its ends meet."""
 SEEN_PX = (2.0, 8.0)
@@ -41,6 +43,15 @@ def test_an_end_told_too_short_is_laid_where_it_is_seen(longer_widths):
     assert anew.flanks_sd_px[1] < 0.35 * WIDTH
     assert anew.end_sd_px[0] == SEEN_PX[0]
     assert anew.end_sd_px[1] < SEEN_PX[1], "it is followed as surely as it is seen there"
+
+
+def test_an_end_that_would_come_clear_of_the_body_is_left_to_other_means():
+    """A fold was told as an open worm of 0.8 of its length, its end at the hairpin's bend."""
+    search, found, true = search_of(STAYS_CLEAR, 1.4)
+    assert abs(found.path.curve[-1] - true[-1]) > 1.1 * WIDTH
+    anew = with_ends_by_flanks(search, found)
+    assert anew.path is found.path
+    assert anew.flanks_sd_px == (np.inf, np.inf)
 
 
 def test_where_overlaps_are_darker_they_tell_more():
