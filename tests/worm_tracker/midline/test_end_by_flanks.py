@@ -68,6 +68,21 @@ def test_an_end_that_was_followed_short_is_found_where_it_comes_out(cut_widths, 
     assert end_of(drawn, end.curve).sd_px < MOST_SD_PX, "it is told there, then at the latest"
 
 
+@pytest.mark.parametrize("turned", [-1.2, 1.2])
+@pytest.mark.parametrize("heading", [0.0, 0.7, 2.0, 4.1])
+def test_an_end_that_was_led_astray_is_found_where_it_shows(turned, heading):
+    """It comes out of its own strand; it was followed as if it had turned aside on it."""
+    drawn = Drawn.of(crossing(2.0), WIDTH, heading, darker=False)
+    true = from_last_end(drawn)
+    astray = true.copy()
+    for k in range(round(3.0 * WIDTH / abs(true[1] - true[0])), 0, -1):
+        astray[k - 1] = astray[k] + (true[k - 1] - true[k]) * np.exp(1j * turned)
+    end = end_of(drawn, astray, sd_widths=0.7)
+    assert abs(astray[0] - true[0]) > 1.5 * WIDTH
+    assert abs(end.curve[0] - true[0]) < 0.3 * WIDTH
+    assert end.sd_px < MOST_SD_PX
+
+
 @given(heading=HEADINGS, cut=st.floats(0.5, 2.0))
 def test_a_mirrored_picture_has_the_end_mirrored(heading, cut):
     drawn = Drawn.of(crossing(2.0), WIDTH, heading, darker=False)

@@ -137,8 +137,8 @@ def fitted_to_flanks(
     line = np.empty(len(curve), np.complex128)
     numbers = _FitNumbers.of(width, moves, settings)
     curve = np.ascontiguousarray(curve)
-    cost = _fill_fitted(curve, half, outline.distance, place, numbers, moves.iterations, line)
-    return cost + _beyond_flanks(line, half, outline.pixels, place, numbers), line
+    distance, pixels = outline.distance, outline.pixels
+    return _fit_strands(curve, half, distance, pixels, place, numbers, moves.iterations, line), line
 
 
 @compiled
@@ -212,23 +212,16 @@ def _distance_at(distance: Floats32, x: float, y: float) -> float:
 
 
 @compiled
-def _is_hidden(
-    point: complex,
-    i: int,
-    line: Complex,
-    half: Floats,
-    s: Floats,
-    about: _Indices,
-    numbers: _FitNumbers,
-) -> bool:
-    """Tell whether a flank's point lies within another strand, or within its own at a bend."""
-    for m in about:
-        is_apart = abs(s[m] - s[i]) > numbers.apart_along
-        reach = half[m] + (numbers.hidden if is_apart else -numbers.hidden_within)
-        q = line[m] - point
-        if reach > 0 and q.real * q.real + q.imag * q.imag < reach * reach:
-            return True
-    return False
+def _is_within(point: complex, x: Floats, y: Floats, squared_radii: Floats) -> bool:
+    """Tell whether a point lies within one of some discs.
+
+    All are asked, so that the machine asks several at once.
+    """
+    u, v, count = point.real, point.imag, 0
+    for m in range(len(x)):
+        a, b = x[m] - u, y[m] - v
+        count += a * a + b * b < squared_radii[m]
+    return count > 0
 
 
 @compiled
@@ -244,22 +237,36 @@ def _fill_off(
     off: Floats,
     side: Floats,
 ) -> float:
-    """Fill in how far each flank near the place is off, and to which side it is; sum that up."""
+    """Fill in how far each flank near the place is off, and to which side it is; sum that up.
+
+    None where it lies within another strand, or within its own at a bend.
+    """
     height, across = distance.shape
     last, most, total = len(line) - 1, numbers.most_off, 0.0
+    x, y = line.real[about], line.imag[about]
+    other = (half[about] + numbers.hidden) ** 2
+    own = np.maximum(half[about] - numbers.hidden_within, 0.0) ** 2
+    first = after = 0
     for row in range(len(near)):
         i = near[row]
+        while s[about[first]] < s[i] - numbers.apart_along:
+            first += 1
+        while after < len(about) and s[about[after]] <= s[i] + numbers.apart_along:
+            after += 1
         along = line[min(i + 1, last)] - line[max(i - 1, 0)]
         normal = 1j * along / max(abs(along), 1e-9)
         for j in range(2):
             off[row, j] = side[row, j] = 0.0
             sign = 1.0 - 2.0 * j
             point = line[i] + sign * half[i] * normal
-            x, y = point.real, point.imag
-            if not (0 <= x < across - 1 and 0 <= y < height - 1):
+            if not (0 <= point.real < across - 1 and 0 <= point.imag < height - 1):
                 continue
-            away = _distance_at(distance, x, y) + edge
-            if away < 0 and _is_hidden(point, i, line, half, s, about, numbers):
+            away = _distance_at(distance, point.real, point.imag) + edge
+            if away < 0 and (
+                _is_within(point, x[first:after], y[first:after], own[first:after])
+                or _is_within(point, x[:first], y[:first], other[:first])
+                or _is_within(point, x[after:], y[after:], other[after:])
+            ):
                 continue
             off[row, j], side[row, j] = away, sign
             total += min(away * away, most * most)
@@ -302,19 +309,42 @@ def _add_flanks(
             b[last] -= weight * away
 
 
+@compiled
+def _beyond_flanks(
+    line: Complex, half: Floats, outline: Complex, place: complex, numbers: _FitNumbers
+) -> float:
+    """Return what the outline near a place costs that lies beyond all flanks."""
+    about = np.flatnonzero(np.abs(line - place) < numbers.reach + numbers.width)
+    x, y, radius, total = line.real[about], line.imag[about], half[about] + 0.5, 0.0
+    squared = radius**2
+    for point in outline:
+        if abs(point - place) > numbers.reach or _is_within(point, x, y, squared):
+            continue
+        away = numbers.most_off
+        for m in range(len(about)):
+            a, b = x[m] - point.real, y[m] - point.imag
+            away2 = a * a + b * b
+            if away2 < (radius[m] + away) ** 2:
+                away = np.sqrt(away2) - radius[m]
+        total += away * away
+    return float(total)
+
+
 @compiled_for(
     array_read(types.complex128),
     array_read(types.float64),
     array_read(types.float32, 2),
+    array_read(types.complex128),
     types.complex128,
     _FIT_NUMBERS,
     types.intp,
     array_written(types.complex128),
 )
-def _fill_fitted(
+def _fit_strands(
     curve: Complex,
     half: Floats,
     distance: Floats32,
+    outline: Complex,
     place: complex,
     numbers: _FitNumbers,
     iterations: int,
@@ -348,38 +378,4 @@ def _fill_fitted(
             a, b = prior.copy(), -(prior @ x)
             _add_flanks(a, b, s, near, at, off, side, step, numbers)
             x = x + np.linalg.solve(a, b)
-    return least
-
-
-@compiled_for(
-    array_read(types.complex128),
-    array_read(types.float64),
-    array_read(types.complex128),
-    types.complex128,
-    _FIT_NUMBERS,
-)
-def _beyond_flanks(
-    line: Complex, half: Floats, outline: Complex, place: complex, numbers: _FitNumbers
-) -> float:
-    """Return what the outline near a place costs that lies beyond all flanks.
-
-    Each pixel is looked for first where the one before lay.
-    """
-    reach, most, total = numbers.reach, numbers.most_off, 0.0
-    about = np.flatnonzero(np.abs(line - place) < reach + numbers.width)
-    count, first = len(about), 0
-    for point in outline:
-        if abs(point - place) > reach:
-            continue
-        nearest = most + 0.5
-        for k in range(count):
-            node = about[(first + k) % count]
-            q, within = line[node] - point, half[node] + 0.5
-            away2 = q.real * q.real + q.imag * q.imag
-            if away2 < within * within:
-                nearest, first = 0.0, (first + k) % count
-                break
-            if away2 < (within + nearest) ** 2:
-                nearest = min(nearest, np.sqrt(away2) - half[node])
-        total += max(nearest - 0.5, 0.0) ** 2
-    return float(total)
+    return least + _beyond_flanks(best, half, outline, place, numbers)

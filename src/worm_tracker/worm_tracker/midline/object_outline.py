@@ -28,11 +28,16 @@ class Outline:
         """Return the outline of what has more than a level of signal."""
         size = signal.shape[1], signal.shape[0]
         fine = cv2.resize(signal.astype(np.float32), None, None, 2, 2, cv2.INTER_CUBIC)
-        inside = (fine > level).astype(np.uint8)
-        to_object = cv2.distanceTransform(1 - inside, cv2.DIST_L2, 5)
+        inside = np.where(fine > level, 255, 0).astype(np.uint8)
+        to_object = cv2.distanceTransform(cv2.bitwise_not(inside), cv2.DIST_L2, 5)
         to_water = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
-        distance = np.where(inside > 0, 0.5 - to_water, to_object - 0.5).astype(np.float32)
-        smooth = cv2.GaussianBlur(distance, (0, 0), 1.0) / 2
+        signed = cv2.subtract(to_object, to_water) + np.where(inside, 0.5, -0.5)
+        smooth = cv2.GaussianBlur(signed.astype(np.float32), (0, 0), 1.0) / 2
         distance = np.asarray(cv2.resize(smooth, size, interpolation=cv2.INTER_AREA), np.float32)
-        v, u = np.nonzero(np.abs(distance) < 0.5)
+        on_it = cv2.findNonZero(cv2.inRange(distance, -0.5, 0.5))
+        u, v = np.zeros((2, 0)) if on_it is None else np.asarray(on_it).reshape(-1, 2).T
         return cls(distance, u + 1j * v)
+
+    def near(self, place: complex, reach: float) -> "Outline":
+        """Return the outline with the pixels alone that are so near to a place."""
+        return Outline(self.distance, self.pixels[np.abs(self.pixels - place) <= reach])

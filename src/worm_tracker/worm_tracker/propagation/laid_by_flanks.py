@@ -55,7 +55,7 @@ def _end_by_outline(scene: CandidateSearch, found: Candidate, last_end: bool) ->
     apart_px = abs(path.curve[0] - path.curve[-1])
     if not ends_on_body(path.curve, near_px, path.step)[0] or apart_px < near_px:
         return None
-    reach = ceil((settings.by_flanks.fit.reach_widths + 2) * model.width)
+    reach = ceil((settings.by_flanks.fit.reach_widths + 1) * model.width)
     u, v = (max(int(x) - reach, 0) for x in (path.curve[0].real, path.curve[0].imag))
     window = scene.signal[v : v + 2 * reach, u : u + 2 * reach]
     if min(window.shape) < 2:
