@@ -50,6 +50,8 @@ class PropagatedBody:
         How many pictures lie between it and the last one that it explained; 0 where it explains
         this one. It stays, whatever is explained later, where its strands may have changed places
         meanwhile.
+    frames_explained : int
+        How many pictures in a row it has explained since it was lost; 0 where it was not.
     was_turned : bool
         Whether a loop that is in doubt, or that is not to be seen while the body leaves something
         over, was passed the other way round since it was known.
@@ -82,6 +84,7 @@ class PropagatedBody:
     loop_in_doubt: tuple[float, float] | None = None
     doubt_by_bends: tuple[float, float] | None = None
     frames_unexplained: int = 0
+    frames_explained: int = 0
     was_turned: bool = False
     order_known: bool = False
     whole_ends: tuple[bool, bool] = (False, False)

@@ -24,8 +24,9 @@ LOOP = [(12.0, 0.0), (1.5 * np.pi * 2.5, 1 / 2.5), (7.0, 0.0)]
 OPEN = [(12.0, 0.0), (6.0, 0.3), (8.0, -0.2), (5.0, 0.0)]
 
 
-def lost_in(drawn, frames, frames_unexplained=0):
+def lost_in(drawn, frames, frames_unexplained=0, length_over_true=1.0):
     """Return the search for a body last said to lie straight across the picture."""
+    darkening = DARKENING if drawn.darker else 0.0
     heights = 5.0 + 1j * drawn.signal.shape[0] / 2
     straight = BodyPath(evenly(heights + np.linspace(0.0, drawn.length, 240), 240))
     search = search_after(straight, drawn.width, frames, loops_known=True)
@@ -34,14 +35,16 @@ def lost_in(drawn, frames, frames_unexplained=0):
         search.model,
         frames=settings.young_frames,
         is_settled=True,
-        length=drawn.length,
+        length=length_over_true * drawn.length,
         first_length=drawn.length,
         widths=rounded_widths(np.linspace(0.0, drawn.length, 65), drawn.width),
         levels=np.full(65, float(LEVEL)),
         level=float(LEVEL),
-        darkening=DARKENING,
+        darkening=darkening,
     )
-    dark = dark_places(drawn.signal, LEVEL, DARKENING, search.settings.residual)
+    dark = None
+    if drawn.darker:
+        dark = dark_places(drawn.signal, LEVEL, DARKENING, search.settings.residual)
     seen = ObjectMasks(drawn.mask, dark, drawn.width, search.settings.residual)
     body = replace(search.body, frames_unexplained=frames_unexplained)
     return replace(
@@ -66,6 +69,24 @@ def test_a_body_lost_for_long_is_found_by_its_ends(arcs, heading):
     assert away_widths(found, drawn) < 0.4
     assert found.end_sd_px[0] < 0.5 * WIDTH
     assert found.end_sd_px[1] < 0.5 * WIDTH
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.2])
+def test_of_one_shade_it_is_followed_on_from_there_and_is_not_known_yet(heading):
+    """Bodies that lie otherwise may explain one picture as well."""
+    drawn = Drawn.of(LOOP, WIDTH, heading, darker=False)
+    search = lost_in(drawn, frames=LOST)
+    found = traced_anew(search)
+    assert away_widths(found, drawn) < 0.4
+    assert search.in_picture(found).frames_unexplained == LOST - 1
+
+
+@pytest.mark.parametrize("length_over_true", [0.85, 1.15])
+def test_of_one_shade_nothing_of_another_length_is_the_worm(length_over_true):
+    drawn = Drawn.of(LOOP, WIDTH, darker=False)
+    assert traced_anew(lost_in(drawn, LOST, length_over_true=length_over_true)) is None
+    darker = Drawn.of(LOOP, WIDTH)
+    assert traced_anew(lost_in(darker, LOST, length_over_true=length_over_true)) is not None
 
 
 def test_a_body_followed_until_now_is_not_sought_elsewhere():

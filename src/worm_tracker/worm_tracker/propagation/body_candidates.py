@@ -42,6 +42,7 @@ from worm_tracker.propagation.end_sureness import (
     s_at_end,
     whole_ends,
 )
+from worm_tracker.propagation.explained_again import explained_again
 from worm_tracker.propagation.loops_in_doubt import loops_in_doubt
 from worm_tracker.propagation.object_seen import object_in
 from worm_tracker.propagation.only_explanation import is_only_explanation
@@ -124,7 +125,7 @@ class CandidateSearch:
         in_doubt = self.loops_in_doubt(found)
         marked = self.told_by_marks(found.path) if in_doubt else []
         untold = part_of([loop for loop in in_doubt if loop not in marked])
-        return PropagatedBody(
+        body = PropagatedBody(
             path,
             found.agreement,
             expected,
@@ -146,6 +147,7 @@ class CandidateSearch:
             whole_ends=whole_ends(self.signal, found.path, model, self.levels, self.settings),
             outline_sd_px=outline_sd_px(self.seen.mask, found, model, self.settings),
         )
+        return explained_again(body, self.body, self.frames, model, self.settings)
 
     def hides_slack(self, found: Candidate) -> bool:
         """Tell whether a shorter body, which leaves out a way there and back, explains as much."""

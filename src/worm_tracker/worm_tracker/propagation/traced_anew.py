@@ -1,6 +1,7 @@
 """Finds a body anew that was lost for long: traced through its object from an end."""
 
 from dataclasses import replace
+from math import log
 
 from worm_tracker.midline.body_model import is_nearer_reversed
 from worm_tracker.midline.curve import as_points
@@ -22,12 +23,21 @@ def traced_anew(scene: CandidateSearch) -> Candidate | None:
         return None
     ways = sorted(_traced_ways(scene), key=lambda fitting: fitting[0])
     slid = [scene.slid(way) for _, way in ways[: scene.settings.most_ways_slid]]
-    best = min((found for found in slid if found is not None), key=_left_over, default=None)
+    sound = [found for found in slid if found is not None and _is_sound(scene, found)]
+    best = min(sound, key=_left_over, default=None)
     if best is None:
         return None
     was_exchanged = scene.is_followed  # else none of its loops is taken for known
     found = scene.turned_round(replace(best, was_exchanged=was_exchanged))
+    if scene.seen.dark is None:
+        return found if scene.over_limits(found) <= scene.settings.most_over_limits_alone else None
     return found if scene.frames_unexplained(found) == 0 else None
+
+
+def _is_sound(scene: CandidateSearch, found: Candidate) -> bool:
+    """Tell whether a body is about as long as the worm, where overlaps are no darker."""
+    most = scene.settings.most_log_length_explained
+    return scene.seen.dark is not None or abs(log(found.path.length / scene.model.length)) < most
 
 
 def _traced_ways(scene: CandidateSearch) -> list[tuple[float, BodyPath]]:
