@@ -51,7 +51,8 @@ class PropagatedBody:
         this one. It stays, whatever is explained later, where its strands may have changed places
         meanwhile.
     frames_explained : int
-        How many pictures in a row it has explained since it was lost; 0 where it was not.
+        How many pictures in a row it has explained since it was lost, with both ends told; 0 where
+        it was not lost.
     was_turned : bool
         Whether a loop that is in doubt, or that is not to be seen while the body leaves something
         over, was passed the other way round since it was known.

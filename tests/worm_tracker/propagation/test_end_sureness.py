@@ -133,6 +133,8 @@ def test_the_outline_tells_an_end_that_comes_out_from_under_the_body(arcs, darke
     first, last = outline_sd_px(drawn.mask, found, model, settings)
     assert first == np.inf, "it lies by itself: that is not asked"
     assert (last < settings.most_end_sd_widths * WIDTH) is is_clear
+    as_sure = outline_sd_px(drawn.mask, found, model, replace(settings, sd_of_misfit=1.0))[1]
+    assert last == pytest.approx(settings.sd_of_misfit * as_sure), "its flanks fit nowhere"
     unsure = replace(found, end_sd_px=(1.0, WIDTH))
     assert outline_sd_px(drawn.mask, unsure, model, settings) == (np.inf, np.inf)
     by_flanks = replace(unsure, flanks_sd_px=(np.inf, 3.0))

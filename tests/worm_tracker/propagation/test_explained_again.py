@@ -50,6 +50,14 @@ def test_pictures_in_between_that_it_does_not_explain_are_not_passed_over():
     assert counts(model, bodies) == [LOST] * (2 * least - 1) + [0]
 
 
+def test_one_in_between_in_which_an_end_is_not_told_does_not_count():
+    model, body = model_and_body()
+    least = SETTINGS.least_frames_explained
+    hidden = replace(body, end_sd_px=(0.5, 0.4 * WIDTH))
+    bodies = [body] * (least - 1) + [hidden, hidden, body]
+    assert counts(model, bodies) == [LOST] * (least + 1) + [0]
+
+
 def test_pictures_that_lie_apart_are_not_in_a_row():
     """Meanwhile its strands may have changed places."""
     model, body = model_and_body()

@@ -167,7 +167,7 @@ def _first_end_sd_px(
 ) -> float:
     """Return how surely the outline tells where a path's first end is."""
     others = other_ends(mask, curve, half, width, settings.residual.drawing, settings.other_ends)
-    return sd_by_outline(others, settings.other_ends)
+    return settings.sd_of_misfit * sd_by_outline(others, settings.other_ends)
 
 
 def half_widths_along(path: BodyPath, model: BodyModel) -> Floats:

@@ -23,6 +23,8 @@ def explained_again(
 ) -> PropagatedBody:
     """Return a body that was lost as one that is known again, where it has explained enough.
 
+    A picture in which an end is not told does not count, and is passed over.
+
     Parameters
     ----------
     found : PropagatedBody
@@ -38,16 +40,16 @@ def explained_again(
         return found
     if not _explains_all(found, model, settings):
         return found
-    count = 1 + before.frames_explained * (frames == 1)
-    if count < settings.least_frames_explained:
-        return replace(found, frames_explained=count)
-    return replace(found, frames_unexplained=0)
+    most_px = settings.most_end_sd_widths * model.width
+    ends_told = max(end_sd_px_of(found, model, settings)) < most_px
+    count = ends_told + before.frames_explained * (frames == 1)
+    if ends_told and count >= settings.least_frames_explained:
+        return replace(found, frames_unexplained=0)
+    return replace(found, frames_explained=count)
 
 
 def _explains_all(found: PropagatedBody, model: BodyModel, settings: PropagationSettings) -> bool:
-    """Tell whether a body explains its picture as one of its length does, both ends told."""
-    if found.over_limits > settings.most_over_limits_alone or found.hides_slack:
-        return False
-    if abs(log(found.path.length / model.length)) > settings.most_log_length_explained:
-        return False
-    return max(end_sd_px_of(found, model, settings)) < settings.most_end_sd_widths * model.width
+    """Tell whether a body explains its picture as one of its length does."""
+    off = abs(log(found.path.length / model.length))
+    explains = found.over_limits <= settings.most_over_limits_alone and not found.hides_slack
+    return explains and off <= settings.most_log_length_explained

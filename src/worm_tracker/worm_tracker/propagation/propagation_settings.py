@@ -173,6 +173,8 @@ class PropagationSettings:
     least_end_sd_by_outline_widths: float = 0.3
     """How surely an end that its flanks tell is followed to the next picture at most: with 0.1 the
     same were told, but five more of 4000 wrong."""
+    sd_of_misfit: float = 1.3
+    """By how much less surely an end is placed where its flanks fit nowhere."""
     least_gain_of_other_way_widths2: float = 0.2
     """What another way must explain more to be taken though it leaves something over, too."""
     most_over_limits_alone: float = 0.35
