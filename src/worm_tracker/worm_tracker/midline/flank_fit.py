@@ -244,14 +244,17 @@ def _fill_off(
     height, across = distance.shape
     last, most, total = len(line) - 1, numbers.most_off, 0.0
     x, y = line.real[about], line.imag[about]
-    other = (half[about] + numbers.hidden) ** 2
+    squared = (half[about] + numbers.hidden) ** 2
     own = np.maximum(half[about] - numbers.hidden_within, 0.0) ** 2
+    other = squared.copy()
     first = after = 0
     for row in range(len(near)):
         i = near[row]
         while s[about[first]] < s[i] - numbers.apart_along:
+            squared[first] = other[first]
             first += 1
         while after < len(about) and s[about[after]] <= s[i] + numbers.apart_along:
+            squared[after] = own[after]
             after += 1
         along = line[min(i + 1, last)] - line[max(i - 1, 0)]
         normal = 1j * along / max(abs(along), 1e-9)
@@ -262,11 +265,7 @@ def _fill_off(
             if not (0 <= point.real < across - 1 and 0 <= point.imag < height - 1):
                 continue
             away = _distance_at(distance, point.real, point.imag) + edge
-            if away < 0 and (
-                _is_within(point, x[first:after], y[first:after], own[first:after])
-                or _is_within(point, x[:first], y[:first], other[:first])
-                or _is_within(point, x[after:], y[after:], other[after:])
-            ):
+            if away < 0 and _is_within(point, x, y, squared):
                 continue
             off[row, j], side[row, j] = away, sign
             total += min(away * away, most * most)

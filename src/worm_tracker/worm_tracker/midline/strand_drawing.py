@@ -165,24 +165,28 @@ class _Drawing(NamedTuple):
 @compiled
 def _mark(
     drawing: _Drawing,
-    u: int,
     v: int,
+    first: int,
+    last: int,
     piece: int,
     beside: int,
 ) -> None:
-    """Note that a piece of the body covers a pixel.
+    """Note that a piece of the body covers the pixels of a row from one to another one.
 
     The piece before is the same strand, and so is this one itself.
     """
-    last = drawing.number[v, u]
-    if last == piece + 2:
-        return
-    if 1 <= last <= piece:
-        drawing.twice[v, u] = 255
-    if 1 <= last <= beside:
-        drawing.thrice[v, u] = drawing.layered[v, u]
-        drawing.layered[v, u] = 255
-    drawing.number[v, u] = piece + 2
+    number, twice = drawing.number[v], drawing.twice[v]
+    layered, thrice = drawing.layered[v], drawing.thrice[v]
+    for u in range(first, last + 1):
+        before = number[u]
+        if before == piece + 2:
+            continue
+        if 1 <= before <= piece:
+            twice[u] = 255
+        if 1 <= before <= beside:
+            thrice[u] = layered[u]
+            layered[u] = 255
+        number[u] = piece + 2
 
 
 @compiled
@@ -225,8 +229,7 @@ def _fill_polygon(
                 low = max(low, most)
             elif most < 0:
                 high = low - 1.0
-        for u in range(int(np.ceil(low)), int(np.floor(high)) + 1):
-            _mark(drawing, u, v, piece, beside)
+        _mark(drawing, v, int(np.ceil(low)), int(np.floor(high)), piece, beside)
 
 
 @compiled
@@ -261,7 +264,7 @@ def _fill_disc(
             max(int(centre.real - radius), 0), min(int(centre.real + radius) + 1, w - 1) + 1
         ):
             if (u - centre.real) ** 2 + (v - centre.imag) ** 2 <= radius**2:
-                _mark(drawing, u, v, piece, beside)
+                _mark(drawing, v, u, u, piece, beside)
 
 
 @compiled
