@@ -31,6 +31,7 @@ from worm_tracker.midline.refine import RefinedMidline, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import BackwardPropagation, PastDetection
+from worm_tracker.propagation.end_sureness import hides_an_end
 from worm_tracker.propagation.held_body import found_from_held
 from worm_tracker.propagation.overlaps import as_dark_as, as_dark_as_followed, darkening_of
 from worm_tracker.propagation.propagation import coiled, observation_of, propagate
@@ -367,6 +368,8 @@ class Follower:
     def _is_broad_at_end(self, detection: Detection, followed: Floats) -> bool:
         """Tell whether the open body in an object may have an end that is bent onto itself."""
         model, found = self._track.model, self._open_midline(detection)
+        if model is not None and hides_an_end(followed, model, self._settings.propagation):
+            return True
         if model is None or found is None or not model.is_learned:
             return False
         if is_nearer_reversed(found.points, followed):

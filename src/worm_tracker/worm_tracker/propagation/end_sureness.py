@@ -6,6 +6,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats, Picture
 from worm_tracker.midline.body_model import BodyModel, mean_width
+from worm_tracker.midline.curve import length_of
 from worm_tracker.midline.end_marks import log_odds_of_whole_end
 from worm_tracker.midline.other_ends import other_ends, sd_by_outline
 from worm_tracker.midline.path import BodyPath, s_turn_at_ends
@@ -191,6 +192,15 @@ def most_end_sd_px(body: PropagatedBody, model: BodyModel, settings: Propagation
     if body.over_limits > over:
         most = min(most, settings.most_end_sd_beside_left_over_widths)
     return most * mean_width(model.widths)
+
+
+def hides_an_end(points: Floats, model: BodyModel, settings: PropagationSettings) -> bool:
+    """Tell whether an open body is so short that an end of it may lie unseen on the rest.
+
+    Where overlaps are no darker. By its midline, shape (n, 2), pixels.
+    """
+    shortening = log(model.length / length_of(points))
+    return not overlaps_tell(model, settings) and shortening > settings.most_log_shortening_of_open
 
 
 def s_at_end(path: BodyPath, width: float, settings: PropagationSettings) -> bool:

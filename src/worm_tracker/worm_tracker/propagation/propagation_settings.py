@@ -75,6 +75,9 @@ class PropagationSettings:
     """The same of one with an end on it where overlaps are no darker: nine that were shorter were
     all wrong, of 2100 others 46 (twelve films, at three frame rates). Where they are darker 400
     right ones of a worm that contracts were shorter."""
+    most_log_shortening_of_open: float = 0.24
+    """The same of one that lies open, and was not found by its contour: back over a gap in a film
+    a fold was told as an open worm of 0.72 to 0.79 of its length, for certain, in nine pictures."""
     coinciding_ends_widths: float = 0.5
     most_end_sd_of_coinciding_widths: float = 0.2
     """Where both ends lie as near to each other, what is seen of one may be the other: they are
