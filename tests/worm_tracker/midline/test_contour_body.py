@@ -8,8 +8,8 @@ import pytest
 
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import BodyResidualSettings
-from worm_tracker.midline.contour_body import explains_object, is_broad_at_end
-from worm_tracker.midline.curve import TRACKED_POINTS, as_points
+from worm_tracker.midline.contour_body import explains_object, is_broad_at_end, may_hide_end
+from worm_tracker.midline.curve import TRACKED_POINTS, as_points, length_of
 from worm_tracker.midline.path import evenly
 from worm_tracker.midline.refine import RefinedMidline
 
@@ -98,3 +98,14 @@ def test_an_end_that_is_bent_back_makes_a_body_broad_there(broader, at_end, is_b
     near = near if is_first else near[::-1]
     found = replace(body, widths=body.widths * broader * np.where(near, at_end, 1.0))
     assert is_broad_at_end(found, model, BodyResidualSettings()) is is_broad
+
+
+@pytest.mark.parametrize(
+    ("known_over_found", "most", "hides"),
+    [(1.3, 0.24, True), (1.2, 0.24, False), (1.3, np.inf, False), (0.9, 0.24, False)],
+)
+def test_a_body_shorter_than_a_stroke_makes_it_may_hide_an_end(known_over_found, most, hides):
+    body = refined(kinked(0.2))
+    model = BodyModel.of(body, body.area, 1.0, BodyModelSettings())
+    model = replace(model, length=known_over_found * length_of(body.points))
+    assert may_hide_end(body, model, most, BodyResidualSettings()) is hides

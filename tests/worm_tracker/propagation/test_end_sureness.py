@@ -12,7 +12,7 @@ from worm_model.simulator.rig.strands import polyline_body
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.propagation.end_sureness import (
     end_sd_px_of,
-    hides_an_end,
+    is_too_short,
     most_end_sd_px,
     outline_sd_px,
     s_at_end,
@@ -232,16 +232,12 @@ def test_a_body_that_bends_both_ways_near_an_end_does_not_explain_its_picture(ot
 
 
 @pytest.mark.parametrize(
-    ("shorter", "darkening", "hides"),
-    [
-        pytest.param(0.75, 0.0, True, id="of one shade"),
-        pytest.param(0.9, 0.0, False, id="in a stroke"),
-        pytest.param(1.1, 0.0, False, id="longer"),
-        pytest.param(0.75, 0.45, False, id="overlaps are darker"),
-    ],
+    ("part", "darkening", "is_short"),
+    [(0.75, 0.0, True), (0.9, 0.0, False), (1.1, 0.0, False), (0.75, 0.45, False)],
 )
-def test_an_open_body_shorter_than_any_stroke_makes_it_may_hide_an_end(shorter, darkening, hides):
+def test_an_open_body_shorter_than_a_stroke_makes_it_hides_an_end(part, darkening, is_short):
+    """Where overlaps are darker they would show it."""
     path = hairpin(6 * WIDTH)
     search = search_after(path, WIDTH, 1, loops_known=True)
-    model = replace(search.model, darkening=darkening, length=path.length / shorter)
-    assert hides_an_end(path.points, model, search.settings) is hides
+    model = replace(search.model, darkening=darkening, length=path.length / part)
+    assert is_too_short(path.points, model, search.settings) is is_short

@@ -31,7 +31,7 @@ from worm_tracker.midline.refine import RefinedMidline, refine
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import BackwardPropagation, PastDetection
-from worm_tracker.propagation.end_sureness import hides_an_end
+from worm_tracker.propagation.end_sureness import is_too_short
 from worm_tracker.propagation.held_body import found_from_held
 from worm_tracker.propagation.overlaps import as_dark_as, as_dark_as_followed, darkening_of
 from worm_tracker.propagation.propagation import coiled, observation_of, propagate
@@ -104,7 +104,7 @@ class Follower:
             return iter(())
         if is_nearer_reversed(opened.widths[:, None], model.widths[:, None]):
             opened = opened.reversed()  # the body was lost since, and found the other way round
-        looks = self._contour_body, self._is_broad_at_end
+        looks = self._contour_body, self._may_hide_end
         self._way_back = BackwardPropagation(
             model, opened, detections, *looks, self._path_numbers_back, settings
         )
@@ -358,17 +358,17 @@ class Follower:
         lost = found.over_limits > propagation.lost_over_limits
         if lost or off > settings.most_log_length_in_fold:
             return coiled(detection), None
-        if observation.status is Status.TRACKED and self._is_broad_at_end(detection, found.points):
+        if observation.status is Status.TRACKED and self._may_hide_end(detection, found.points):
             found = found.not_explaining(start.frames_unexplained + frames)
             observation = replace(observation, over_limits=found.over_limits)
         if not found.is_explained or model.is_changing or observation.is_mostly_hidden:
             return coiled(detection, observation), found
         return observation, found
 
-    def _is_broad_at_end(self, detection: Detection, followed: Floats) -> bool:
+    def _may_hide_end(self, detection: Detection, followed: Floats) -> bool:
         """Tell whether the open body in an object may have an end that is bent onto itself."""
         model, found = self._track.model, self._open_midline(detection)
-        if model is not None and hides_an_end(followed, model, self._settings.propagation):
+        if model is not None and is_too_short(followed, model, self._settings.propagation):
             return True
         if model is None or found is None or not model.is_learned:
             return False

@@ -250,12 +250,12 @@ def _fill_off(
     first = after = 0
     for row in range(len(near)):
         i = near[row]
-        while s[about[first]] < s[i] - numbers.apart_along:
-            squared[first] = other[first]
-            first += 1
         while after < len(about) and s[about[after]] <= s[i] + numbers.apart_along:
             squared[after] = own[after]
             after += 1
+        while s[about[first]] < s[i] - numbers.apart_along:
+            squared[first] = other[first]
+            first += 1
         along = line[min(i + 1, last)] - line[max(i - 1, 0)]
         normal = 1j * along / max(abs(along), 1e-9)
         for j in range(2):

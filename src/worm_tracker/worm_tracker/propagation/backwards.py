@@ -59,7 +59,7 @@ class BackwardPropagation:
     contour_body : callable
         Gives the midline of a simple body by its contour, which may be turned round, else None: a
         picture may have been taken for a coil because the body was not known.
-    is_broad_at_end : callable
+    may_hide_end : callable
         Whether the open body in an object, followed to some points, may have an end that is bent
         onto itself.
     path_numbers : iterator of int
@@ -73,13 +73,13 @@ class BackwardPropagation:
         opened: Observation,
         detections: Sequence[PastDetection],
         contour_body: Callable[[Detection], RefinedMidline | None],
-        is_broad_at_end: Callable[[Detection, Floats], bool],
+        may_hide_end: Callable[[Detection, Floats], bool],
         path_numbers: Iterator[int],
         settings: PropagationSettings,
     ) -> None:
         path = path_of(opened.points, None, model.width)
         self._model, self._settings, self._contour_body = model, settings, contour_body
-        self._is_broad_at_end = is_broad_at_end
+        self._may_hide_end = may_hide_end
         doubt = part_of(doubtful_loops(path, model.width, settings.exchange))
         self._last = PropagatedBody(
             path, opened.confidence, opened.confidence, loop_in_doubt=doubt, doubt_by_bends=doubt
@@ -121,7 +121,7 @@ class BackwardPropagation:
         self._model = as_dark_as_followed(detection, model, found, settings)
         observation = observation_of(found, model, found.agreement, settings)
         observation = observation.on_path(self._path_number)
-        if observation.status is Status.TRACKED and self._is_broad_at_end(detection, found.points):
+        if observation.status is Status.TRACKED and self._may_hide_end(detection, found.points):
             found = found.not_explaining(self._last.frames_unexplained + past.frames)
             observation = replace(observation, over_limits=found.over_limits)
         sure = found.agreement >= settings.least_agreement_backwards and found.is_explained

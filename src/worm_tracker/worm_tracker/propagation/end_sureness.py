@@ -194,13 +194,13 @@ def most_end_sd_px(body: PropagatedBody, model: BodyModel, settings: Propagation
     return most * mean_width(model.widths)
 
 
-def hides_an_end(points: Floats, model: BodyModel, settings: PropagationSettings) -> bool:
-    """Tell whether an open body is so short that an end of it may lie unseen on the rest.
+def is_too_short(points: Floats, model: BodyModel, settings: PropagationSettings) -> bool:
+    """Tell whether an open midline is shorter than a stroke makes it: an end may lie on the rest.
 
-    Where overlaps are no darker. By its midline, shape (n, 2), pixels.
+    Where overlaps are darker that is seen, and not asked.
     """
-    shortening = log(model.length / length_of(points))
-    return not overlaps_tell(model, settings) and shortening > settings.most_log_shortening_of_open
+    most = settings.most_log_shortening_of_open
+    return not overlaps_tell(model, settings) and log(model.length / length_of(points)) > most
 
 
 def s_at_end(path: BodyPath, width: float, settings: PropagationSettings) -> bool:

@@ -16,6 +16,7 @@ from worm_tracker.propagation.lies_otherwise import is_due
 def traced_anew(scene: CandidateSearch) -> Candidate | None:
     """Return a body traced through its object that alone explains the picture; None without one.
 
+    Where overlaps are no darker one that explains it, at the worm's length: it is not known yet.
     Nor where what is followed may be right, as the worm was seen lately, or where it is not known
     well: what explains a picture then may be wrong, and was followed in place of what was right.
     """
@@ -23,8 +24,8 @@ def traced_anew(scene: CandidateSearch) -> Candidate | None:
         return None
     ways = sorted(_traced_ways(scene), key=lambda fitting: fitting[0])
     slid = [scene.slid(way) for _, way in ways[: scene.settings.most_ways_slid]]
-    sound = [found for found in slid if found is not None and _is_sound(scene, found)]
-    best = min(sound, key=_left_over, default=None)
+    likely = [found for found in slid if found is not None and _has_its_length(scene, found)]
+    best = min(likely, key=_left_over, default=None)
     if best is None:
         return None
     was_exchanged = scene.is_followed  # else none of its loops is taken for known
@@ -34,7 +35,7 @@ def traced_anew(scene: CandidateSearch) -> Candidate | None:
     return found if scene.frames_unexplained(found) == 0 else None
 
 
-def _is_sound(scene: CandidateSearch, found: Candidate) -> bool:
+def _has_its_length(scene: CandidateSearch, found: Candidate) -> bool:
     """Tell whether a body is about as long as the worm, where overlaps are no darker."""
     most = scene.settings.most_log_length_explained
     return scene.seen.dark is not None or abs(log(found.path.length / scene.model.length)) < most
