@@ -12,7 +12,7 @@ from math import hypot, inf, sqrt
 import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats
-from worm_tracker.midline.curve import complex_arc_length
+from worm_tracker.midline.curve import complex_arc_length, unit_grid
 from worm_tracker.midline.end_places import (
     EndPlacesSettings,
     lengthened,
@@ -228,8 +228,7 @@ class _Surroundings:
     def half_widths_of(self, nodes: int) -> Floats:
         """Return half the width at each node of a body of so many: many have as many."""
         if nodes not in self.half_widths:
-            part = np.linspace(0, 1, nodes)
-            self.half_widths[nodes] = rounded_half_widths(part, self.widths)
+            self.half_widths[nodes] = rounded_half_widths(unit_grid(nodes), self.widths)
         return self.half_widths[nodes]
 
     def _fitted_by(self, start: Complex, moves: StrandMoves) -> _PlacedEnd:
@@ -251,7 +250,7 @@ def rounded_half_widths(part: Floats, widths: Floats) -> Floats:
     widths : ndarray, shape (m,)
         At equal steps.
     """
-    half = np.interp(part, np.linspace(0, 1, len(widths)), widths / 2)
+    half = np.interp(part, unit_grid(len(widths)), widths / 2)
     spacing, most = 1 / (len(widths) - 1), float(widths.max()) / 2
     for beside, from_end in ((widths[1] / 2, part), (widths[-2] / 2, 1 - part)):
         near = from_end < spacing

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.distance import cdist
 
 from worm_msgs_py.arrays import Complex, Floats
-from worm_tracker.midline.curve import as_points, complex_arc_length
+from worm_tracker.midline.curve import as_points, complex_arc_length, tangents
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ def places_along(curve: Complex, width: float, settings: EndPlacesSettings) -> I
     settings : EndPlacesSettings
     """
     step = _node_distance(curve)
-    ways = _ways_on(curve, width, max(settings.longer_widths), settings)
+    ways = _ways_on(curve, step, width, max(settings.longer_widths), settings)
     for longer in settings.longer_widths:
         for on in ways if longer > 0 else ways[:1]:
             left_out = len(on) - round(longer * width / step)
@@ -82,7 +82,7 @@ def places_beyond_flanks(
     settings : EndPlacesSettings
     """
     step = _node_distance(curve)
-    straight = _with_strand_straightened(curve, width, settings)
+    straight = _with_strand_straightened(curve, step, width, settings)
     away = cdist(as_points(outline), as_points(straight)) - half
     for end_widths in settings.bent_widths:
         cut = round(end_widths * width / step)
@@ -116,10 +116,11 @@ def lengthened(
         The body's, pixels.
     settings : EndPlacesSettings
     """
-    nodes = round(widths * width / _node_distance(curve))
+    step = _node_distance(curve)
+    nodes = round(widths * width / step)
     line = curve[-nodes:]
     if nodes >= 0:
-        on = _ways_on(curve, width, widths, settings)[0]
+        on = _ways_on(curve, step, width, widths, settings)[0]
         line = np.concatenate([on[:nodes][::-1], curve])
     return line if len(line) >= settings.least_nodes else None
 
@@ -144,11 +145,12 @@ def _arc_over(chord: complex, step: float) -> Complex:
     return np.asarray(radius * 1j * (1 - np.exp(2j * angle * part)))
 
 
-def _with_strand_straightened(curve: Complex, width: float, settings: EndPlacesSettings) -> Complex:
+def _with_strand_straightened(
+    curve: Complex, step: float, width: float, settings: EndPlacesSettings
+) -> Complex:
     """Return a body whose strand beside its first end goes by it as a cubic."""
-    step = _node_distance(curve)
     reach = round(settings.straightened_widths * width / step)
-    beside = _strand_beside(curve, width, settings)
+    beside = _strand_beside(curve, step, width, settings)
     if beside is None or not 3 <= beside - reach < beside + reach <= len(curve) - 4:
         return curve
     first, last = beside - reach, beside + reach
@@ -160,9 +162,11 @@ def _with_strand_straightened(curve: Complex, width: float, settings: EndPlacesS
     return line
 
 
-def _strand_beside(curve: Complex, width: float, settings: EndPlacesSettings) -> int | None:
+def _strand_beside(
+    curve: Complex, step: float, width: float, settings: EndPlacesSettings
+) -> int | None:
     """Return the node of another strand that is nearest to a body's first end; None if none is."""
-    apart = round(settings.least_apart_along_widths * width / _node_distance(curve))
+    apart = round(settings.least_apart_along_widths * width / step)
     if len(curve) <= apart:
         return None
     away = np.abs(curve[apart:] - curve[0])
@@ -171,18 +175,17 @@ def _strand_beside(curve: Complex, width: float, settings: EndPlacesSettings) ->
 
 
 def _ways_on(
-    curve: Complex, width: float, longest_widths: float, settings: EndPlacesSettings
+    curve: Complex, step: float, width: float, longest_widths: float, settings: EndPlacesSettings
 ) -> list[Complex]:
     """Return ways on which a body may go on beyond its first end, the likeliest first.
 
     Along the strand that it lies on, either way, as far aside as it lies; and straight on.
     """
-    step = _node_distance(curve)
     count = ceil(longest_widths * width / step)
     heading = curve[0] - curve[min(3, len(curve) - 1)]
     heading /= max(abs(heading), 1e-9)
     ways = list[tuple[float, Complex]]()
-    beside = _strand_beside(curve, width, settings)
+    beside = _strand_beside(curve, step, width, settings)
     if beside is not None:
         along = curve[min(beside + 2, len(curve) - 1)] - curve[max(beside - 2, 0)]
         along /= max(abs(along), 1e-9)
@@ -198,8 +201,7 @@ def _ways_on(
 
 def _along_strand(strand: Complex, place: complex) -> Complex:
     """Return a way on along a strand, as far aside as a place beside its first node."""
-    tangent = np.gradient(strand)
-    tangent /= np.maximum(np.abs(tangent), 1e-9)
+    tangent = tangents(strand)
     aside = ((place - strand[0]) / tangent[0]).imag
     return np.asarray((strand + 1j * aside * tangent)[1:])
 

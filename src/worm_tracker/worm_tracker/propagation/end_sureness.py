@@ -6,7 +6,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats, Picture
 from worm_tracker.midline.body_model import BodyModel, mean_width
-from worm_tracker.midline.curve import length_of
+from worm_tracker.midline.curve import length_of, unit_grid
 from worm_tracker.midline.end_marks import log_odds_of_whole_end
 from worm_tracker.midline.other_ends import other_ends, sd_by_outline
 from worm_tracker.midline.path import BodyPath, s_turn_at_ends
@@ -173,7 +173,7 @@ def _first_end_sd_px(
 
 def half_widths_along(path: BodyPath, model: BodyModel) -> Floats:
     """Return half the width that a body is known to have at each node of its path, pixels."""
-    part, known = np.linspace(0, 1, len(path.curve)), np.linspace(0, 1, len(model.widths))
+    part, known = unit_grid(len(path.curve)), unit_grid(len(model.widths))
     return np.interp(part, known, model.widths / 2)
 
 

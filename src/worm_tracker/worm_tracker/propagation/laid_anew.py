@@ -5,6 +5,7 @@ where the outline tells that an end lies otherwise.
 """
 
 from dataclasses import replace
+from math import inf
 
 from worm_tracker.midline.body_model import end_displacement
 from worm_tracker.midline.other_ends import likelier_end, other_ends
@@ -27,7 +28,7 @@ def followed_body(scene: CandidateSearch) -> Candidate | None:
         return None
     if scene.over_limits(found) > 1 or any(scene.ends_lack(found)):
         found = _slid_again(scene, _with_missing_parts(scene, found))
-    found = with_ends_by_flanks(scene, _with_likelier_ends(scene, found))
+    found = _with_likelier_ends(scene, with_ends_by_flanks(scene, found))
     return with_strands_exchanged(scene, found)
 
 
@@ -59,13 +60,15 @@ def _with_likelier_ends(scene: CandidateSearch, found: Candidate) -> Candidate:
     """Return a body each end of which lies where its outline is explained best.
 
     Where overlaps are no darker a path that leads an end over the body is not told from others: an
-    end that has turned aside unseen shows itself by its outline alone.
+    end that has turned aside unseen shows itself by its outline alone. Where flanks fit the outline
+    they tell more, and it stays.
     """
     if scene.seen.dark is not None:
         return found
     near_px = scene.settings.near_end_widths * scene.model.width
     for last_end in (False, True):
-        if not ends_on_body(found.path.curve, near_px, found.path.step)[last_end]:
+        on_body = ends_on_body(found.path.curve, near_px, found.path.step)[last_end]
+        if not on_body or found.flanks_sd_px[last_end] < inf:
             continue
         path = _with_likelier_end(scene, found.path, last_end)
         if path is None:
@@ -73,7 +76,8 @@ def _with_likelier_ends(scene: CandidateSearch, found: Candidate) -> Candidate:
         anew = scene.scored(path, scene.model.widths)
         more = anew.unexplained.total - found.unexplained.total
         if more <= scene.settings.most_lost_by_likelier_end_widths2:
-            found = replace(anew, end_sd_px=found.end_sd_px)
+            sd_px, by_flanks = found.end_sd_px, found.flanks_sd_px
+            found = replace(anew, end_sd_px=sd_px, flanks_sd_px=by_flanks)
     return found
 
 
