@@ -6,14 +6,11 @@ from drawn_folds import HEADINGS, LEVEL, Drawn, rounded_widths
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worm_tracker.midline.end_by_flanks import (
-    EndByFlanksSettings,
-    KnownEnd,
-    end_by_flanks,
-    rounded_half_widths,
-)
+from worm_tracker.midline.end_by_flanks import EndByFlanksSettings, end_by_flanks
+from worm_tracker.midline.likeliest_end import KnownEnd
 from worm_tracker.midline.object_outline import Outline
 from worm_tracker.midline.path import evenly, nodes_for
+from worm_tracker.midline.rounded_widths import rounded_half_widths
 
 WIDTH = 14.0
 SETTINGS = EndByFlanksSettings()
@@ -37,8 +34,9 @@ def end_of(drawn, curve, signal=None, sd_widths=0.3, length_sd_widths=5.0):
     signal = drawn.signal if signal is None else signal
     outline = Outline.of(np.ascontiguousarray(signal), LEVEL / 2)
     widths = rounded_widths(np.linspace(0.0, drawn.length, 65), WIDTH)
-    known = KnownEnd(sd_widths * WIDTH, drawn.length, length_sd_widths * WIDTH)
-    return end_by_flanks(outline, curve, widths, WIDTH, known, SETTINGS)
+    sd_px, length_sd_px = sd_widths * WIDTH, length_sd_widths * WIDTH
+    known = KnownEnd(complex(curve[0]), sd_px, WIDTH, drawn.length, length_sd_px)
+    return end_by_flanks(outline, curve, widths, known, SETTINGS)
 
 
 @given(heading=HEADINGS, beyond=st.floats(1.6, 3.5))

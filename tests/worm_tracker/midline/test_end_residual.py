@@ -8,7 +8,8 @@ from flank_ends import DARKENING, LEVEL, along_itself, signal_of, with_last_end_
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from worm_tracker.midline.end_residual import BodySignal, EndResidualSettings, end_over_limits
+from worm_tracker.midline.drawn_signal import BodySignal
+from worm_tracker.midline.end_residual import EndResidualSettings, end_over_limits
 
 SETTINGS = EndResidualSettings()
 ANGLES, WIDTHS_PX = st.floats(0.0, 2 * np.pi), st.floats(10.0, 18.0)

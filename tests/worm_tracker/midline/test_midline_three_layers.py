@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from scipy.ndimage import binary_erosion
 
 from worm_tracker.midline.curve import as_points
-from worm_tracker.midline.end_residual import BodySignal, EndResidualSettings, end_over_limits
+from worm_tracker.midline.drawn_signal import BodySignal
+from worm_tracker.midline.end_residual import EndResidualSettings, end_over_limits
 from worm_tracker.midline.expected_body import ExpectedBody
 from worm_tracker.midline.path import BodyPath, evenly, nodes_for
 from worm_tracker.midline.path_following import PathFollowingSettings, slide_along_path

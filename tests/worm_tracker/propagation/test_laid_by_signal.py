@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from body_searches import path_along, search_in
 from flank_ends import DARKENING, LEVEL, along_itself, signal_of, with_last_end_moved
@@ -70,3 +71,62 @@ def test_an_end_on_the_body_that_is_not_explained_is_told_as_hidden():
     search = search_from(path)
     told = search.in_picture(search.scored(path, search.model.widths))
     assert told.end_sd_px[1] >= WIDTH
+
+
+def told_unsurely(longer_widths=0.0, pale=False):
+    """Return the search, and the body with its last end so far on, of which little is known."""
+    path = path_of(with_last_end_moved(LINE, WIDTH, longer_widths))
+    search = search_from(path)
+    levels = search.model.levels.copy()
+    if pale:
+        levels[-12:] *= 0.4
+    search = replace(search, model=replace(search.model, levels=levels))
+    found = replace(search.scored(path, search.model.widths), end_sd_px=(0.0, WIDTH))
+    return search, found
+
+
+def test_an_end_hardly_known_is_told_as_surely_as_the_picture_about_it_tells():
+    search, found = told_unsurely()
+    anew = with_ends_by_signal(search, found)
+    assert off_widths(anew) < 0.5
+    assert anew.end_sd_px[1] < 0.42 * WIDTH
+    assert anew.end_sd_px[0] == 0.0, "the other one stays as sure"
+
+
+@pytest.mark.parametrize("longer_widths", [-0.9, 0.9])
+def test_an_end_hardly_known_is_moved_where_it_is_seen_though_little_is_left_over(longer_widths):
+    search, found = told_unsurely(longer_widths)
+    anew = with_ends_by_signal(search, replace(found, was_exchanged=True, straighter=0.3))
+    assert off_widths(found) > 0.8
+    assert off_widths(anew) < 0.5
+    assert anew.was_exchanged
+    assert anew.straighter == 0.3
+
+
+def test_a_pale_end_is_not_asked_as_it_would_be_drawn_too_dark():
+    search, found = told_unsurely(pale=True)
+    assert search.model.pale_ends == (False, True)
+    assert with_ends_by_signal(search, found).end_sd_px == found.end_sd_px
+
+
+def test_an_end_that_is_sure_is_not_asked():
+    search, found = told_unsurely()
+    sure, unsure = (replace(found, end_sd_px=(0.0, sd * WIDTH)) for sd in (0.29, 0.31))
+    assert with_ends_by_signal(search, sure) is sure
+    assert with_ends_by_signal(search, unsure).end_sd_px[1] < 0.29 * WIDTH
+
+
+def test_where_a_skin_has_marks_its_ends_are_not_asked():
+    search, found = told_unsurely()
+    marked = replace(search, seen=replace(search.seen, shaded=object()))
+    assert with_ends_by_signal(marked, found) is found
+
+
+def test_a_picture_that_tells_nothing_leaves_an_end_as_sure_as_it_was_followed():
+    search, found = told_unsurely()
+    found = replace(found, end_sd_px=(0.0, 0.31 * WIDTH))
+    height, across = search.signal.shape
+    checks = 1 + 0.4 * np.kron(np.indices((20, 20)).sum(axis=0) % 2 - 0.5, np.ones((9, 9)))
+    patchy = (search.signal * checks[:height, :across]).clip(0, 255).astype(np.uint8)
+    anew = with_ends_by_signal(replace(search, signal=patchy), found)
+    assert anew.end_sd_px == found.end_sd_px

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
-from worm_tracker.midline.curve import as_points
-from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
+from worm_msgs_py.arrays import Floats32, Picture
+from worm_tracker.midline.drawn_signal import BodySignal, SignalDrawingSettings, expected_signal
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,8 +23,6 @@ class EndResidualSettings:
     """How far from an end something that is darker or paler is its."""
     beyond_reach_widths: float = 0.3
     """How much more of the picture is drawn: what is blurred comes from there."""
-    blur_widths: float = 0.08
-    """How blurred a body is drawn."""
     narrower_px: float = 1.0
     pale_narrower_px: float = 0.5
     """How much narrower it is drawn: each pixel that it touches is. And where it is asked what is
@@ -39,35 +36,7 @@ class EndResidualSettings:
     most_paler_widths2: float = 0.15
     """Connected area that may be, squared widths: of 143 ends on the body beside which more was, in
     seven films, 38 were more than 0.6 widths off, of 841 others 17."""
-    drawing: StrandDrawingSettings = field(default_factory=StrandDrawingSettings)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class BodySignal:
-    """A body in a picture, and how dark it is.
-
-    Attributes
-    ----------
-    curve : ndarray of complex, shape (n,)
-        Its midline, u + iv.
-    widths : ndarray, shape (n,)
-        Its width there, pixels.
-    width : float
-        That of most of it, pixels.
-    level : float
-        Signal of most of it, grey levels.
-    levels : ndarray, shape (n,)
-        Its signal there.
-    darkening : float
-        How much darker two parts are that lie on each other than one, relatively.
-    """
-
-    curve: Complex
-    widths: Floats
-    width: float
-    level: float
-    levels: Floats
-    darkening: float
+    drawing: SignalDrawingSettings = field(default_factory=SignalDrawingSettings)
 
 
 def end_over_limits(
@@ -97,37 +66,14 @@ def end_over_limits(
     at, corner = end - complex(u0, v0), complex(u0, v0)
     seen = part * np.float32(1 / body.level)
     widths = body.widths - settings.narrower_px
-    darker = seen - _expected_signal(part.shape, corner, body, widths, True, settings)
+    darker = seen - expected_signal(part.shape, corner, body, widths, True, settings.drawing)
     of_signal = body.widths * np.minimum(body.levels / body.level, 1.0)
     widths = of_signal - settings.pale_narrower_px
-    paler = _expected_signal(part.shape, corner, body, widths, False, settings) - seen
+    paler = expected_signal(part.shape, corner, body, widths, False, settings.drawing) - seen
     return max(
         _area(darker, at, body.width, settings) / settings.most_darker_widths2,
         _area(paler, at, body.width, settings) / settings.most_paler_widths2,
     )
-
-
-def _expected_signal(
-    shape: tuple[int, ...],
-    corner: complex,
-    body: BodySignal,
-    widths: Floats,
-    is_dark_beside: bool,
-    settings: EndResidualSettings,
-) -> Floats32:
-    """Return the signal of a body over its level, drawn with some widths.
-
-    It is darker where it lies on itself, and, where that is said, beside itself at a hairpin. Each
-    strand lets the same part of the light through: a third adds as much of what the second adds as
-    that adds of the first.
-    """
-    line = as_points(body.curve - corner)
-    drawn = drawn_strands(shape, line, widths, body.width, settings.drawing)
-    dark = drawn.twice if is_dark_beside else drawn.layered
-    second, third = np.float32(body.darkening), np.float32(body.darkening**2)
-    sharp = (drawn.body + second * dark + third * drawn.thrice) * np.float32(1 / 255)
-    blurred = cv2.GaussianBlur(sharp, (0, 0), settings.blur_widths * body.width)
-    return np.asarray(blurred, np.float32)
 
 
 def _area(more: Floats32, at: complex, width: float, settings: EndResidualSettings) -> float:

@@ -5,8 +5,9 @@ import numpy as np
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.body_residual import ObjectMasks, px2_near
-from worm_tracker.midline.curve import median_of
-from worm_tracker.midline.end_residual import BodySignal, end_over_limits
+from worm_tracker.midline.curve import median_of, unit_grid
+from worm_tracker.midline.drawn_signal import BodySignal
+from worm_tracker.midline.end_residual import end_over_limits
 from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.self_cover import ends_on_body
 from worm_tracker.propagation.candidate import Candidate
@@ -74,8 +75,21 @@ def end_over_limits_at(
     """
     if seen.dark is None or seen.shaded is not None:
         return 0.0
-    part, known = np.linspace(0, 1, len(path.curve)), np.linspace(0, 1, len(levels))
-    body = BodySignal(
+    return end_over_limits(signal, body_signal(path, model, levels), place, settings.end_residual)
+
+
+def body_signal(path: BodyPath, model: BodyModel, levels: Floats) -> BodySignal:
+    """Return a body in a picture of some brightness, in the path's order.
+
+    Parameters
+    ----------
+    path : BodyPath
+    model : BodyModel
+    levels : ndarray, shape (TRACKED_POINTS,)
+        The body's signal along it.
+    """
+    part, known = unit_grid(len(path.curve)), unit_grid(len(levels))
+    return BodySignal(
         path.curve,
         2 * half_widths_along(path, model),
         model.width,
@@ -83,7 +97,6 @@ def end_over_limits_at(
         np.interp(part, known, levels),
         model.darkening,
     )
-    return end_over_limits(signal, body, place, settings.end_residual)
 
 
 def broad_ends(

@@ -9,14 +9,12 @@ from math import ceil, inf
 
 import numpy as np
 
-from worm_msgs_py.arrays import Complex
-from worm_tracker.midline.curve import complex_arc_length
-from worm_tracker.midline.end_by_flanks import EndByFlanks, KnownEnd, end_by_flanks
+from worm_tracker.midline.end_by_flanks import end_by_flanks
+from worm_tracker.midline.likeliest_end import LikeliestEnd
 from worm_tracker.midline.object_outline import Outline
-from worm_tracker.midline.path import BodyPath, evenly, nodes_for
-from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
+from worm_tracker.propagation.end_laid import known_end, with_end_laid
 
 
 def with_ends_by_flanks(scene: CandidateSearch, found: Candidate) -> Candidate:
@@ -32,7 +30,7 @@ def with_ends_by_flanks(scene: CandidateSearch, found: Candidate) -> Candidate:
         if end is None:
             continue
         if end.curve is not None:
-            anew = _with_end_laid(scene, found, end.curve, last_end)
+            anew = with_end_laid(scene, found, end.curve, last_end)
             if anew is None:
                 continue
             found = anew
@@ -44,45 +42,21 @@ def with_ends_by_flanks(scene: CandidateSearch, found: Candidate) -> Candidate:
     return replace(found, end_sd_px=(first, last), flanks_sd_px=(sds[0], sds[1]))
 
 
-def _end_by_outline(scene: CandidateSearch, found: Candidate, last_end: bool) -> EndByFlanks | None:
-    """Return where the flanks say that an end lies; None where it does not lie on the body.
-
-    Nor where the other end is: what is seen of one may be the other.
-    """
-    settings, model = scene.settings, scene.model
-    path = found.path.turned_round() if last_end else found.path
-    near_px = settings.near_end_widths * model.width
-    apart_px = abs(path.curve[0] - path.curve[-1])
-    if not ends_on_body(path.curve, near_px, path.step)[0] or apart_px < near_px:
+def _end_by_outline(
+    scene: CandidateSearch, found: Candidate, last_end: bool
+) -> LikeliestEnd | None:
+    """Return where the flanks say that an end lies; None where they are not asked."""
+    settings, model, known = scene.settings, scene.model, known_end(scene, found, last_end)
+    if known is None:
         return None
+    curve = found.path.curve[:: -1 if last_end else 1]
     reach = ceil((settings.by_flanks.fit.reach_widths + 1) * model.width)
-    u, v = (max(int(x) - reach, 0) for x in (path.curve[0].real, path.curve[0].imag))
+    u, v = (max(int(x) - reach, 0) for x in (known.place.real, known.place.imag))
     window = scene.signal[v : v + 2 * reach, u : u + 2 * reach]
     if min(window.shape) < 2:
         return None
     outline = Outline.of(window, float(np.median(scene.levels)) / 2)
     widths, corner = model.widths[:: -1 if last_end else 1], complex(u, v)
-    known = KnownEnd(found.end_sd_px[last_end], model.length, scene.length_scatter_px)
-    end = end_by_flanks(
-        outline, path.curve - corner, widths, model.width, known, settings.by_flanks
-    )
+    within = replace(known, place=known.place - corner)
+    end = end_by_flanks(outline, curve - corner, widths, within, settings.by_flanks)
     return end if end.curve is None else replace(end, curve=end.curve + corner)
-
-
-def _with_end_laid(
-    scene: CandidateSearch, found: Candidate, curve: Complex, last_end: bool
-) -> Candidate | None:
-    """Return a body that lies so from one of its ends on; None where that leaves more over.
-
-    Or where it would lie on itself no more: an end in clear water is sought by other means.
-    """
-    model, settings = scene.model, scene.settings
-    line = evenly(curve, nodes_for(float(complex_arc_length(curve)[-1]), model.width))
-    path = BodyPath(line[::-1] if last_end else line, found.path.ways)
-    anew = scene.scored(path, model.widths)
-    more = anew.unexplained.total - found.unexplained.total
-    if more > settings.most_lost_by_likelier_end_widths2:
-        return None
-    if not lies_near_itself(path.curve, model.width, path.step):
-        return None
-    return replace(anew, end_sd_px=found.end_sd_px)

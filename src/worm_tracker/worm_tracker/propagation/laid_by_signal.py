@@ -1,29 +1,63 @@
-"""Lays an end of a body anew where the picture is darker or paler beside it than the body makes it.
+"""Lays an end of a body anew where a picture's grey levels tell more of it, or otherwise.
 
-An end told too short leaves the strand that it lies on to take its flank for an edge; one told too
-long lies beside that strand where nothing is. Moved on or back along its way and slid again, both
-lie where they are seen.
+Of an end that is not sure all of the picture about it is asked. One told too short leaves the
+strand that it lies on to take its flank for an edge, and the picture is darker beside it than the
+body makes it; one told too long lies beside that strand where nothing is, and it is paler. Moved on
+or back along its way and slid again, both lie where they are seen.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
+from worm_tracker.midline.end_by_signal import end_by_signal
 from worm_tracker.midline.path import BodyPath, evenly, nodes_for
+from worm_tracker.propagation.beside_ends import body_signal
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
+from worm_tracker.propagation.end_laid import known_end, with_end_laid
 
 
 def with_ends_by_signal(scene: CandidateSearch, found: Candidate) -> Candidate:
-    """Return a body whose ends lie on or back along their way where the picture says so.
+    """Return a body whose ends lie where the picture's grey levels say so, and how surely.
 
-    An end stays where no other place explains the picture.
+    An end stays where no other place explains the picture. Where overlaps are no darker, or a skin
+    has marks, that is not asked.
     """
+    if scene.seen.dark is None or scene.seen.shaded is not None:
+        return found
+    for last_end in (False, True):
+        found = _with_likeliest_end(scene, found, last_end)
     over = scene.ends_over_limits(found)
     for last_end in (False, True):
         if over[last_end] > 1:
             found = _with_end_moved(scene, found, last_end)
     return found
+
+
+def _with_likeliest_end(scene: CandidateSearch, found: Candidate, last_end: bool) -> Candidate:
+    """Return a body with an unsure end where all of the picture about it says that it lies.
+
+    As it is where that tells no more. A pale end is not drawn as pale as it is.
+    """
+    model, settings, back = scene.model, scene.settings, -1 if last_end else 1
+    known = known_end(scene, found, last_end)
+    least_px = settings.least_end_sd_by_signal_widths * model.width
+    if known is None or known.sd_px < least_px or model.pale_ends[last_end]:
+        return found
+    path = found.path.turned_round() if last_end else found.path
+    body = body_signal(path, model, scene.levels[::back])
+    end = end_by_signal(scene.signal, body, model.widths[::back], known, settings.by_signal)
+    if end.sd_px > known.sd_px:
+        return found
+    if end.curve is not None:
+        laid = with_end_laid(scene, found, end.curve, last_end)
+        if laid is None:
+            return found
+        found = laid
+    first, last = found.end_sd_px
+    sds = (first, end.sd_px) if last_end else (end.sd_px, last)
+    return replace(found, end_sd_px=sds)
 
 
 def _with_end_moved(scene: CandidateSearch, found: Candidate, last_end: bool) -> Candidate:

@@ -6,6 +6,7 @@ from worm_tracker.detection.pale_ends import PaleEndSettings
 from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
 from worm_tracker.midline.end_by_flanks import EndByFlanksSettings
+from worm_tracker.midline.end_by_signal import EndBySignalSettings
 from worm_tracker.midline.end_marks import EndMarksSettings
 from worm_tracker.midline.end_residual import EndResidualSettings
 from worm_tracker.midline.hidden_slack import HiddenSlackSettings
@@ -91,6 +92,9 @@ class PropagationSettings:
     missing_at_end_widths: float = 2.0
     """What may be missing as near as this to an end that lies on or against the body, squared
     widths: it is little that a tapered end covers."""
+    least_end_sd_by_signal_widths: float = 0.3
+    """How unsure an end on the body must be for all of the picture about it to be asked: that takes
+    15 ms."""
     moved_end_widths: tuple[float, ...] = (1.0, 2.0, -1.0, -2.0)
     """How far an end beside which the picture differs from the body is moved on along its way, or
     back, to see whether it lies there."""
@@ -219,6 +223,7 @@ class PropagationSettings:
     pale_ends: PaleEndSettings = field(default_factory=PaleEndSettings)
     """As the detector has them."""
     by_flanks: EndByFlanksSettings = field(default_factory=EndByFlanksSettings)
+    by_signal: EndBySignalSettings = field(default_factory=EndBySignalSettings)
     end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
     end_residual: EndResidualSettings = field(default_factory=EndResidualSettings)
     overlaps: OverlapDarkeningSettings = field(default_factory=OverlapDarkeningSettings)
