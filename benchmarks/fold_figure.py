@@ -34,6 +34,7 @@ LOOKS = {
     "one_shade": "one shade",
     "lines_one_shade": "lines, one shade",
     "steered": "other motions",
+    "steered_one_shade": "the same, one shade",
 }
 BAR = 95.0
 
