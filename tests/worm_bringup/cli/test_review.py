@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from picture_bags import write_bag
 from reviewed_trials import small_trial
@@ -125,6 +125,7 @@ REAL = st.floats(0.004, 0.02)
     body_width_m=st.none() | st.floats(1e-4, 2e-3),
     factor=st.floats(0.1, 1.0),
 )
+@example(radius_m=0.01, width_m=0.002, depth_m=0.004, body_width_m=None, factor=1.0)  # as usual
 def test_numbers_in_millimetres_lead_back_to_the_metres_that_were_used(
     radius_m, width_m, depth_m, body_width_m, factor
 ):
@@ -134,8 +135,13 @@ def test_numbers_in_millimetres_lead_back_to_the_metres_that_were_used(
     )
     words = shlex.split(replay_command(Path("out"), provenance, None).line)
     options = dict(zip(words[3::2], words[4::2], strict=True))
-    assert float(options["--radius-mm"]) * 1e-3 == pytest.approx(radius_m, rel=1e-15)
-    assert float(options["--exit-width-mm"]) * 1e-3 == pytest.approx(width_m, rel=1e-15)
+    usual = TrackerParameters()
+    for option, used_m, usual_m in (
+        ("--radius-mm", radius_m, usual.radius_m),
+        ("--exit-width-mm", width_m, usual.exit_width_m),
+    ):
+        told_m = float(options[option]) * 1e-3 if option in options else usual_m
+        assert told_m == pytest.approx(used_m, rel=1e-15)
     assert ("--body-width-mm" in options) == (body_width_m is not None)
 
 
