@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from worm_tracker.midline.drawn_signal import BodySignal
-from worm_tracker.midline.end_by_signal import EndBySignalSettings, end_by_signal, moved_aside
+from worm_tracker.midline.end_by_signal import EndBySignalSettings, end_by_signal, with_end_aside
 from worm_tracker.midline.likeliest_end import KnownEnd
 
 SETTINGS = EndBySignalSettings()
@@ -58,7 +58,7 @@ def test_an_end_told_too_short_or_too_long_is_found_where_it_is_seen(longer_widt
 @pytest.mark.parametrize("start", [0.0, 0.7, 2.0, 4.1])
 def test_an_end_followed_aside_is_found_where_it_is_seen(aside_widths, start):
     line, widths = along_itself(WIDTH, start, 0.6)
-    curve = moved_aside(from_last_end(line), aside_widths * WIDTH, 2.0 * WIDTH)
+    curve = with_end_aside(from_last_end(line), aside_widths * WIDTH, 2.0 * WIDTH)
     end = end_of(signal_of(line, widths), curve, widths)
     off = (end.curve[0] - line[-1]) / (line[-1] - line[-20])
     assert abs(off.imag * abs(line[-1] - line[-20])) < 0.2 * WIDTH
@@ -111,7 +111,7 @@ def test_an_end_beyond_the_picture_is_not_told():
 @given(by=st.floats(-0.3, 0.3), start=ANGLES)
 def test_an_end_moved_aside_takes_along_what_is_behind_it_and_no_more(by, start):
     line = from_last_end(along_itself(WIDTH, start, 0.6)[0])
-    moved = moved_aside(line, by * WIDTH, 2.5 * WIDTH)
+    moved = with_end_aside(line, by * WIDTH, 2.5 * WIDTH)
     away, s = abs(moved - line), np.r_[0.0, np.cumsum(abs(np.diff(line)))]
     assert away[0] == pytest.approx(abs(by) * WIDTH)
     assert (np.diff(away[s < 2.5 * WIDTH]) <= 1e-9).all()

@@ -26,9 +26,8 @@ from worm_tracker.midline.likeliest_end import (
     LikeliestEnd,
     LikeliestEndSettings,
     PlacedEnd,
-    cost_of_place,
+    cost_at_first,
     likeliest_end,
-    place_sd_px,
 )
 from worm_tracker.midline.object_outline import Outline
 from worm_tracker.midline.rounded_widths import rounded_half_widths
@@ -123,9 +122,7 @@ class _Surroundings:
 
     def cost(self, placed: PlacedEnd) -> float:
         """Return what a place costs, for the few to be chosen that are tried finer."""
-        likeliest = self.settings.likeliest
-        sd = place_sd_px(self.known, likeliest)
-        return cost_of_place(placed, self.known, sd, likeliest.likelihood)
+        return cost_at_first(placed, self.known, self.settings.likeliest)
 
     def fitted(self, start: Complex) -> PlacedEnd:
         """Return a body fitted from a start."""

@@ -20,23 +20,21 @@ from worm_tracker.midline.likeliest_end import (
     LikeliestEnd,
     LikeliestEndSettings,
     PlacedEnd,
-    cost_of_place,
+    cost_at_first,
     likeliest_end,
-    place_sd_px,
 )
 from worm_tracker.midline.rounded_widths import rounded_half_widths
 
-
-def _every_half_width() -> EndPlacesSettings:
-    longer = np.arange(-2.5, 3.01, 0.5).tolist()
-    return EndPlacesSettings(longer_widths=tuple(longer))
+_EVERY_HALF_WIDTH = tuple(0.5 * k for k in range(-5, 7))
 
 
 @dataclass(frozen=True, slots=True)
 class EndBySignalSettings:
     """Which places are tried, how a body is drawn there, and how likely each is."""
 
-    places: EndPlacesSettings = field(default_factory=_every_half_width)
+    places: EndPlacesSettings = field(
+        default_factory=partial(EndPlacesSettings, longer_widths=_EVERY_HALF_WIDTH)
+    )
     tried_finer: int = 4
     aside_widths: tuple[float, ...] = (-0.3, -0.15, 0.15, 0.3)
     finer_widths: tuple[float, ...] = (-0.25, 0.25)
@@ -44,7 +42,7 @@ class EndBySignalSettings:
     least_aside_widths: tuple[float, ...] = (-0.08, 0.08)
     finest_widths: tuple[float, ...] = (-0.12, 0.12)
     """The same of the best of those."""
-    moved_aside_widths: float = 2.5
+    aside_over_widths: float = 2.5
     """How much of the body is moved aside then, its end all of the way."""
     reach_widths: float = 2.5
     beyond_reach_widths: float = 1.2
@@ -150,7 +148,7 @@ class _Picture:
         """Return the body with its end beside a place, and shorter and longer."""
         width, st = self.known.width, self.settings
         moved = [
-            moved_aside(placed.line, by * width, st.moved_aside_widths * width) for by in aside
+            with_end_aside(placed.line, by * width, st.aside_over_widths * width) for by in aside
         ]
         lines = [lengthened(placed.line, widths, width, st.places) for widths in longer]
         return [self.placed(line) for line in [*moved, *lines] if line is not None]
@@ -168,12 +166,10 @@ class _Picture:
 
     def cost(self, placed: PlacedEnd) -> float:
         """Return what a place costs, for those to be chosen that are tried finer."""
-        likeliest = self.settings.likeliest
-        sd = place_sd_px(self.known, likeliest)
-        return cost_of_place(placed, self.known, sd, likeliest.likelihood)
+        return cost_at_first(placed, self.known, self.settings.likeliest)
 
 
-def moved_aside(line: Complex, by_px: float, over_px: float) -> Complex:
+def with_end_aside(line: Complex, by_px: float, over_px: float) -> Complex:
     """Return a body whose first end is moved aside, what is behind it the less.
 
     Parameters

@@ -111,10 +111,10 @@ def likeliest_end(
     known : KnownEnd
     settings : LikeliestEndSettings
     """
-    width, sd = known.width, place_sd_px(known, settings)
+    width, sd = known.width, _place_sd_px(known, settings)
     least = min(each.cost for each in places)
     likelihood = max(settings.likelihood, settings.likelihood_over_cost * least)
-    cost = [cost_of_place(each, known, sd, likelihood) for each in places]
+    cost = [_cost_of_place(each, known, sd, likelihood) for each in places]
     stays, best = places[0], places[int(np.argmin(cost))]
     likelier = cost[0] - min(cost) > settings.least_gain_over_likelihood * likelihood
     likelier &= best.cost < settings.most_cost_moved
@@ -127,13 +127,22 @@ def likeliest_end(
     return LikeliestEnd(told.line if moves else None, sd_px)
 
 
-def place_sd_px(known: KnownEnd, settings: LikeliestEndSettings) -> float:
+def cost_at_first(placed: PlacedEnd, known: KnownEnd, settings: LikeliestEndSettings) -> float:
+    """Return what a place costs before it is known how well any fits.
+
+    By the picture, by how far off it is and by how long the body is so: the few that cost least are
+    worth to be tried finer.
+    """
+    return _cost_of_place(placed, known, _place_sd_px(known, settings), settings.likelihood)
+
+
+def _place_sd_px(known: KnownEnd, settings: LikeliestEndSettings) -> float:
     """Return how far from where it was followed an end may lie for it to be moved there, pixels."""
     least = settings.least_place_sd_widths * known.width
     return max(settings.place_sd_over_end_sd * known.sd_px, least)
 
 
-def cost_of_place(placed: PlacedEnd, known: KnownEnd, sd: float, likelihood: float) -> float:
+def _cost_of_place(placed: PlacedEnd, known: KnownEnd, sd: float, likelihood: float) -> float:
     """Return what a place costs if it is within about `sd` of where the end was followed.
 
     By the picture, by how far off it is and by how long the body is so.
@@ -152,7 +161,7 @@ def _spread_about(
 ) -> float:
     """Return how far from an end likely ones lie, root mean square, pixels."""
     sd = settings.told_place_sd_widths * known.width
-    cost = np.array([cost_of_place(each, known, sd, likelihood) for each in places])
+    cost = np.array([_cost_of_place(each, known, sd, likelihood) for each in places])
     likely = np.exp((cost.min() - cost) / likelihood)
     away = np.array([each.line[0] for each in places]) - told.line[0]
     cells = away / (settings.same_place_widths * known.width)
