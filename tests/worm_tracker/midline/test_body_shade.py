@@ -101,3 +101,14 @@ def test_marks_are_how_far_the_signal_differs_along_a_body():
     plain, marked = (learned(m).mean[:, len(ACROSS) // 2] for m in (False, True))
     assert marks_of(plain) < 0.02
     assert marks_of(marked) > 0.1
+
+
+def test_a_shade_turned_round_is_what_is_seen_from_the_other_end_on():
+    drawn, signal = picture(LOOP, marked=True)
+    points, widths = drawn.claimed()
+    line, sides = as_complex(points), np.arange(signal.shape[1]) % 40 + 100
+    signal = np.broadcast_to(sides, signal.shape).astype(np.uint8)
+    shade = BodyShade.of(shade_along(signal, line, widths)).turned_round()
+    seen = shade_along(signal, line[::-1], widths[::-1])
+    assert shade.mean == pytest.approx(seen)
+    assert not np.allclose(shade.mean, shade.mean[:, ::-1])

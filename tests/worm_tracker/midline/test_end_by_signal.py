@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from worm_tracker.midline.drawn_signal import BodySignal
-from worm_tracker.midline.end_by_signal import EndBySignalSettings, end_by_signal, with_end_aside
+from worm_tracker.midline.end_by_signal import EndBySignalSettings, end_by_signal
+from worm_tracker.midline.end_in_picture import with_end_aside
 from worm_tracker.midline.likeliest_end import KnownEnd
 
 SETTINGS = EndBySignalSettings()

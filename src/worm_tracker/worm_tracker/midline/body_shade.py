@@ -15,7 +15,7 @@ from numba import types
 from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
 from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
 from worm_tracker.midline.cross_sections import interpolate
-from worm_tracker.midline.curve import as_complex, median_of, tangents
+from worm_tracker.midline.curve import as_complex, median_of, tangents, unit_grid
 
 ACROSS = np.linspace(-0.3, 0.3, 7)
 """Places across the body, in widths: short of its edges, which the lens blurs."""
@@ -65,6 +65,10 @@ class BodyShade:
         rate = max(1 / (self.frames + 1), least_weight)
         variance = self.variance + rate * (off**2 - self.variance)
         return BodyShade(self.mean + rate * off, variance, self.frames + 1)
+
+    def turned_round(self) -> "BodyShade":
+        """Return it from the other end on."""
+        return BodyShade(self.mean[::-1, ::-1], self.variance[::-1, ::-1], self.frames)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -147,8 +151,9 @@ def misjudged_layers(
     at, shade = places_across(line, widths), seen.shade
     apart = max(ceil(settings.other_part_widths * width / step), 0)
     level = median_of(shade.mean.ravel())
-    one = at_nodes(shade.mean, len(line))
-    variance = at_nodes(shade.variance, len(line)) + (settings.least_sd_relative * level) ** 2
+    part = unit_grid(len(line))
+    one = at_parts(shade.mean, part)
+    variance = at_parts(shade.variance, part) + (settings.least_sd_relative * level) ** 2
     signal, sure = interpolate(seen.signal, at), settings.sure_sds * np.sqrt(variance)
     single, double = np.zeros((2, *at.shape), np.uint8)
     half_added = 0.5 * seen.darkening * level
@@ -161,12 +166,12 @@ def misjudged_layers(
     return count * step * width * float(ACROSS[1] - ACROSS[0])
 
 
-def at_nodes(mean: Floats, n: int) -> Floats:
-    """Return values along a body at so many nodes of it."""
-    at = np.linspace(0, len(mean) - 1, n)
+def at_parts(mean: Floats, part: Floats) -> Floats:
+    """Return values along a body, (k, len(ACROSS)), at parts of its length from 0 to 1, (n,)."""
+    at = part * (len(mean) - 1)
     before = np.minimum(at.astype(np.intp), len(mean) - 2)
-    part = (at - before)[:, None]
-    return np.asarray((1 - part) * mean[before] + part * mean[before + 1], np.float64)
+    beyond = (at - before)[:, None]
+    return np.asarray((1 - beyond) * mean[before] + beyond * mean[before + 1], np.float64)
 
 
 @compiled

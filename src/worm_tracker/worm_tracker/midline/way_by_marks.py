@@ -11,8 +11,8 @@ from math import ceil, floor
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Mask
-from worm_tracker.midline.body_shade import ShadedObject, at_nodes, places_across, shade_along
-from worm_tracker.midline.curve import median_of
+from worm_tracker.midline.body_shade import ShadedObject, at_parts, places_across, shade_along
+from worm_tracker.midline.curve import median_of, unit_grid
 from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.self_cover import SelfCoverSettings, parts_over
 from worm_tracker.midline.strand_exchange import DoubtfulLoop, loops_otherwise
@@ -94,7 +94,8 @@ class MarksOnPath:
         settings : WayByMarksSettings
         """
         line, n = path.curve, len(path.curve)
-        known = at_nodes(shaded.shade.mean, n)
+        part = unit_grid(n)
+        known = at_parts(shaded.shade.mean, part)
         slip = np.gradient(known, axis=0) * (settings.slip_widths * width / path.step)
         least = settings.least_sd_relative * median_of(shaded.shade.mean.ravel())
         at, margin = places_across(line, widths), settings.margin_widths * width
@@ -102,7 +103,7 @@ class MarksOnPath:
         return cls(
             shade_along(shaded.signal, line, widths),
             known,
-            at_nodes(shaded.shade.variance, n) + least**2 + slip**2,
+            at_parts(shaded.shade.variance, part) + least**2 + slip**2,
             over == 0,
             settings.alike_along_widths * width / path.step * settings.alike_across,
             settings,

@@ -7,6 +7,7 @@ from worm_tracker.midline.body_residual import BodyResidualSettings
 from worm_tracker.midline.deformable_fit import BodyFitSettings
 from worm_tracker.midline.end_by_flanks import EndByFlanksSettings
 from worm_tracker.midline.end_by_signal import EndBySignalSettings
+from worm_tracker.midline.end_by_skin import EndBySkinSettings
 from worm_tracker.midline.end_marks import EndMarksSettings
 from worm_tracker.midline.end_residual import EndResidualSettings
 from worm_tracker.midline.hidden_slack import HiddenSlackSettings
@@ -224,6 +225,7 @@ class PropagationSettings:
     """As the detector has them."""
     by_flanks: EndByFlanksSettings = field(default_factory=EndByFlanksSettings)
     by_signal: EndBySignalSettings = field(default_factory=EndBySignalSettings)
+    by_skin: EndBySkinSettings = field(default_factory=EndBySkinSettings)
     end_marks: EndMarksSettings = field(default_factory=EndMarksSettings)
     end_residual: EndResidualSettings = field(default_factory=EndResidualSettings)
     overlaps: OverlapDarkeningSettings = field(default_factory=OverlapDarkeningSettings)
