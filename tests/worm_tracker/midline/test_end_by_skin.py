@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from skinned_ends import WIDTH, body_in_skin, from_its_end, marks_along
 
-from worm_tracker.midline.end_by_skin import EndBySkinSettings, end_by_skin
+from worm_tracker.midline.end_by_skin import EndBySkinSettings, EndInSkin
 from worm_tracker.midline.end_in_picture import with_end_aside
 from worm_tracker.midline.likeliest_end import KnownEnd
 
@@ -22,9 +22,13 @@ def from_last_end(line, longer_widths=0.0):
     return with_last_end_moved(line, WIDTH, longer_widths)[::-1][::2]
 
 
-def end_of(signal, curve, widths, mean):
+def in_skin(signal, curve, widths, mean):
     known = KnownEnd(complex(curve[0]), WIDTH, WIDTH, LENGTH, 5 * WIDTH)
-    return end_by_skin(signal, from_its_end(curve, widths, mean), known, SETTINGS)
+    return EndInSkin.of(signal, from_its_end(curve, widths, mean), known, SETTINGS)
+
+
+def end_of(signal, curve, widths, mean):
+    return in_skin(signal, curve, widths, mean).likeliest()
 
 
 @given(start=ANGLES, aside=st.floats(0.3, 0.9), seed=st.integers(0, 99))
@@ -78,3 +82,14 @@ def test_an_end_beyond_the_picture_is_not_told():
     end = end_of(signal, from_last_end(line) + 5000, widths, mean)
     assert end.curve is None
     assert end.sd_px == np.inf
+
+
+@given(start=ANGLES, aside=st.floats(0.3, 0.9), seed=st.integers(0, 99))
+@settings(max_examples=20)
+def test_an_end_costs_little_where_it_lies_and_much_where_it_does_not(start, aside, seed):
+    line, widths, signal, mean = body_in_skin(start, aside, marks_along(seed))
+    costs = [
+        in_skin(signal, from_last_end(line, longer), widths, mean).cost for longer in (0, 1.5, -1.5)
+    ]
+    assert costs[0] < SETTINGS.most_cost_of_sure
+    assert min(costs[1:]) > 1.5 * costs[0]

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 from body_searches import path_along, search_in
 from flank_ends import DARKENING, LEVEL, along_itself, signal_of, with_last_end_moved
-from skinned_ends import DARKENING as DARKENING_IN_SKIN
-from skinned_ends import LEVEL as LEVEL_IN_SKIN
-from skinned_ends import body_in_skin, marks_along
 
-from worm_tracker.midline.body_shade import BodyShade, ShadedObject
 from worm_tracker.propagation.laid_by_signal import with_ends_by_signal
 
 WIDTH = 14.0
@@ -134,44 +130,10 @@ def test_an_end_beside_the_other_one_is_not_asked():
         assert (with_ends_by_signal(near, found).end_sd_px != known) == is_asked
 
 
-def marked_search(marks, pale):
-    """Return the search for a body in a skin with such marks, told too long, and that body."""
-    line, widths, signal, mean = body_in_skin(START, ASIDE, marks)
-    last = path_along(with_last_end_moved(line, WIDTH, 1.2), WIDTH)
-    search = search_in(signal, line, last, widths, LEVEL_IN_SKIN, DARKENING_IN_SKIN)
-    shade = BodyShade(mean, np.zeros_like(mean), 50)
-    shaded = ShadedObject(signal, shade, DARKENING_IN_SKIN)
-    levels = LEVEL_IN_SKIN * marks if pale else search.model.levels
-    model = replace(search.model, levels=levels, level=LEVEL_IN_SKIN)
-    search = replace(search, seen=replace(search.seen, shaded=shaded), model=model)
-    found = search.scored(last, model.widths)
-    return search, replace(found, end_sd_px=(0.0, 0.8 * WIDTH)), line
-
-
-@pytest.mark.parametrize("pale_end", [1.0, 0.5])
-def test_where_a_skin_has_marks_an_unsure_end_is_laid_where_they_fit(pale_end):
-    """A pale end, too: what is known of its skin says how pale it is."""
-    search, found, line = marked_search(marks_along(4, pale_end), pale_end < 1)
-    assert search.model.pale_ends[1] == (pale_end < 1)
-    anew = with_ends_by_signal(search, found)
-    assert abs(found.path.curve[-1] - line[-1]) > 1.1 * WIDTH
-    assert abs(anew.path.curve[-1] - line[-1]) < 0.5 * WIDTH
-    assert anew.end_sd_px[1] < found.end_sd_px[1]
-
-
-def test_a_skin_is_read_from_whichever_end_is_asked():
-    search, found, _ = marked_search(marks_along(4), pale=False)
-    shade, model = search.seen.shaded.shade.turned_round(), search.model
-    turned = replace(
-        search,
-        seen=replace(search.seen, shaded=replace(search.seen.shaded, shade=shade)),
-        model=replace(model, widths=model.widths[::-1], levels=model.levels[::-1]),
-    )
-    other = replace(turned.scored(found.path.turned_round(), turned.model.widths))
-    other = replace(other, end_sd_px=found.end_sd_px[::-1])
-    one, back = with_ends_by_signal(search, found), with_ends_by_signal(turned, other)
-    assert back.path.curve[::-1] == pytest.approx(one.path.curve)
-    assert back.end_sd_px[::-1] == pytest.approx(one.end_sd_px)
+def test_where_a_skin_has_marks_it_is_asked_instead():
+    search, found = told_unsurely()
+    marked = replace(search, seen=replace(search.seen, shaded=object()))
+    assert with_ends_by_signal(marked, found) is found
 
 
 def test_a_picture_that_tells_nothing_leaves_an_end_as_sure_as_it_was_followed():

@@ -93,6 +93,11 @@ class PictureAboutEnd:
         seen = part * np.float32(1 / level)
         return cls(seen, near.astype(np.float32), complex(u0, v0), known, settings)
 
+    def cost_of(self, line: Complex, drawn: Callable[[Complex], Floats32]) -> float:
+        """Return what a body that lies along a midline costs, drawn as in `likeliest_end`."""
+        off = (drawn(line) - self.seen) * self.near if self.seen.size else self.seen
+        return float(np.vdot(off, off)) / self.known.width**2
+
     def likeliest_end(self, curve: Complex, drawn: Callable[[Complex], Floats32]) -> LikeliestEnd:
         """Return where the first end of a body lies best.
 
@@ -145,9 +150,7 @@ class _Search:
 
     def placed(self, line: Complex) -> PlacedEnd:
         """Return a body that lies so, with what it differs from the picture."""
-        picture = self.picture
-        off = (self.drawn(line) - picture.seen) * picture.near
-        cost = float(np.vdot(off, off)) / picture.known.width**2
+        cost = self.picture.cost_of(line, self.drawn)
         return PlacedEnd(line, float(complex_arc_length(line)[-1]), cost)
 
     def cost(self, placed: PlacedEnd) -> float:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from worm_msgs_py.arrays import Complex
 from worm_tracker.midline.curve import complex_arc_length
-from worm_tracker.midline.likeliest_end import KnownEnd
+from worm_tracker.midline.likeliest_end import KnownEnd, LikeliestEnd
 from worm_tracker.midline.path import BodyPath, evenly, nodes_for
 from worm_tracker.midline.self_cover import ends_on_body, lies_near_itself
 from worm_tracker.propagation.body_candidates import CandidateSearch
@@ -23,6 +23,37 @@ def known_end(scene: CandidateSearch, found: Candidate, last_end: bool) -> Known
         return None
     place, sd = complex(curve[-1 if last_end else 0]), found.end_sd_px[last_end]
     return KnownEnd(place, sd, model.width, model.length, scene.length_scatter_px)
+
+
+def has_other_end_beside(scene: CandidateSearch, found: Candidate) -> bool:
+    """Tell whether a body's ends lie so near to each other that either may be taken for the other.
+
+    As they are seen in what is compared of the picture about an end.
+    """
+    first, last = found.path.curve[[0, -1]]
+    reach_widths = scene.settings.by_signal.compared.reach_widths
+    return bool(abs(first - last) < reach_widths * scene.model.width)
+
+
+def with_end_told(
+    scene: CandidateSearch, found: Candidate, end: LikeliestEnd, last_end: bool
+) -> Candidate:
+    """Return a body with an end laid where it is told to lie, and as sure as that.
+
+    As it is where it cannot lie so.
+    """
+    if end.curve is not None:
+        laid = with_end_laid(scene, found, end.curve, last_end)
+        if laid is None:
+            return found
+        found = laid
+    return with_end_sd(found, end.sd_px, last_end)
+
+
+def with_end_sd(found: Candidate, sd_px: float, last_end: bool) -> Candidate:
+    """Return a body with an end that is so sure."""
+    first, last = found.end_sd_px
+    return replace(found, end_sd_px=(first, sd_px) if last_end else (sd_px, last))
 
 
 def with_end_laid(

@@ -10,25 +10,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from worm_tracker.midline.curve import median_of
-from worm_tracker.midline.drawn_skin import SkinnedBody
 from worm_tracker.midline.end_by_signal import end_by_signal
-from worm_tracker.midline.end_by_skin import end_by_skin
-from worm_tracker.midline.likeliest_end import KnownEnd, LikeliestEnd
 from worm_tracker.midline.path import BodyPath, evenly, nodes_for
 from worm_tracker.propagation.beside_ends import body_signal
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
-from worm_tracker.propagation.end_laid import known_end, with_end_laid
+from worm_tracker.propagation.end_laid import has_other_end_beside, known_end, with_end_told
 
 
 def with_ends_by_signal(scene: CandidateSearch, found: Candidate) -> Candidate:
     """Return a body whose ends lie where the picture's grey levels say so, and how surely.
 
     An end stays where no other place explains the picture. Where overlaps are no darker that is not
-    asked.
+    asked; where a skin has marks, those are (`laid_by_skin.py`).
     """
-    if scene.seen.dark is None:
+    if scene.seen.dark is None or scene.seen.shaded is not None:
         return found
     for last_end in (False, True):
         found = _with_likeliest_end(scene, found, last_end)
@@ -42,48 +38,19 @@ def with_ends_by_signal(scene: CandidateSearch, found: Candidate) -> Candidate:
 def _with_likeliest_end(scene: CandidateSearch, found: Candidate, last_end: bool) -> Candidate:
     """Return a body with an unsure end where all of the picture about it says that it lies.
 
-    As it is where that tells no more. Where the other end is within what is compared, either may be
-    taken for the other.
-    """
-    model, settings = scene.model, scene.settings
-    known, ends = known_end(scene, found, last_end), found.path.curve[[0, -1]]
-    least_px = settings.least_end_sd_by_signal_widths * model.width
-    if known is None or known.sd_px < least_px:
-        return found
-    if abs(ends[0] - ends[1]) < settings.by_signal.compared.reach_widths * model.width:
-        return found
-    end = _end_in_picture(scene, found, known, last_end)
-    if end.sd_px > known.sd_px:
-        return found
-    if end.curve is not None:
-        laid = with_end_laid(scene, found, end.curve, last_end)
-        if laid is None:
-            return found
-        found = laid
-    first, last = found.end_sd_px
-    sds = (first, end.sd_px) if last_end else (end.sd_px, last)
-    return replace(found, end_sd_px=sds)
-
-
-def _end_in_picture(
-    scene: CandidateSearch, found: Candidate, known: KnownEnd, last_end: bool
-) -> LikeliestEnd:
-    """Return where an end lies best, by a body that is drawn in its skin where that has marks.
-
-    Without them a pale end is not drawn as pale as it is, and tells nothing.
+    As it is where that tells no more. A pale end is not drawn as pale as it is.
     """
     model, settings, back = scene.model, scene.settings, -1 if last_end else 1
+    known = known_end(scene, found, last_end)
+    least_px = settings.least_end_sd_by_signal_widths * model.width
+    if known is None or known.sd_px < least_px or model.pale_ends[last_end]:
+        return found
+    if has_other_end_beside(scene, found):
+        return found
     path = found.path.turned_round() if last_end else found.path
-    widths, seen = model.widths[::back], scene.seen.shaded
-    if seen is None:
-        if model.pale_ends[last_end]:
-            return LikeliestEnd(None, np.inf)
-        body = body_signal(path, model, scene.levels[::back])
-        return end_by_signal(scene.signal, body, widths, known, settings.by_signal)
-    shade = seen.shade.turned_round() if last_end else seen.shade
-    level = median_of(scene.levels)
-    skinned = SkinnedBody(path.curve, widths, shade.mean, level, model.darkening)
-    return end_by_skin(scene.signal, skinned, known, settings.by_skin)
+    body = body_signal(path, model, scene.levels[::back])
+    end = end_by_signal(scene.signal, body, model.widths[::back], known, settings.by_signal)
+    return found if end.sd_px > known.sd_px else with_end_told(scene, found, end, last_end)
 
 
 def _with_end_moved(scene: CandidateSearch, found: Candidate, last_end: bool) -> Candidate:

@@ -10,6 +10,7 @@ from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.laid_anew import followed_body, keeps_loop
 from worm_tracker.propagation.laid_by_marks import with_loops_by_marks
 from worm_tracker.propagation.laid_by_signal import with_ends_by_signal
+from worm_tracker.propagation.laid_by_skin import with_ends_by_skin
 from worm_tracker.propagation.laid_by_widths import with_loop_by_widths
 
 
@@ -25,7 +26,8 @@ def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
         found = _lies_better(scene, found)
     if found is None:
         return None
-    by_marks = with_loops_by_marks(scene, with_ends_by_signal(scene, found))
+    found = with_ends_by_skin(scene, with_ends_by_signal(scene, found))
+    by_marks = with_loops_by_marks(scene, found)
     return scene.turned_round(with_loop_by_widths(scene, by_marks))
 
 
