@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import cast
 
-import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Complex, Picture
+from worm_tracker.midline.largest_piece import largest_piece
 from worm_tracker.midline.path import BodyPath, evenly, nodes_for
 
 
@@ -65,14 +65,9 @@ def _tip_of_piece(
     curve: Complex, wanted: Picture, width: float, settings: LedOutSettings
 ) -> complex | None:
     """Return the point of the largest piece that is farthest from the body; None without one."""
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(wanted, connectivity=8)
-    if len(stats) < 2:
+    pixels = largest_piece(wanted)
+    if not len(pixels) or len(pixels) < settings.least_piece_widths2 * width**2:
         return None
-    largest = 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())
-    if stats[largest, cv2.CC_STAT_AREA] < settings.least_piece_widths2 * width**2:
-        return None
-    rows, columns = np.nonzero(labels == largest)
-    pixels = columns + 1j * rows
     near = np.abs(pixels[:, None] - curve[::2]).min(axis=1)
     tip = pixels[near.argmax()]
     inwards = pixels.mean() - tip

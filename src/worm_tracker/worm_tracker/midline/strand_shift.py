@@ -6,13 +6,13 @@ left over, and one of the strands belongs there.
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from worm_msgs_py.arrays import Complex, Floats, Picture
 from worm_tracker.midline.curve import tangents
+from worm_tracker.midline.largest_piece import largest_piece
 from worm_tracker.midline.path import BodyPath, evenly
 
 
@@ -46,11 +46,9 @@ def shifted_strands(
         The body's, pixels.
     settings : StrandShiftSettings
     """
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(wanted, connectivity=8)
-    if count < 2:
+    missing = largest_piece(wanted)
+    if not len(missing):
         return []
-    v, u = np.nonzero(labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
-    missing = u + 1j * v
     curve = path.curve
     near = _squared_distances(curve, missing).min(axis=1) < (settings.reach_widths * width) ** 2
     end = round(settings.end_widths * width / path.step)
