@@ -1,12 +1,13 @@
 """What has been learned of this worm's body: its length, widths, area and darkness."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import log
 
 import numpy as np
 
 from worm_msgs_py.arrays import Floats
-from worm_tracker.midline.body_shade import BodyShade
+from worm_tracker.midline.body_shade import BodyShade, marks_of
 from worm_tracker.midline.curve import length_of, median_of
 from worm_tracker.midline.order_by_widths import OrderSettings, score_of_widths
 from worm_tracker.midline.refine import RefinedMidline
@@ -70,7 +71,7 @@ class BodyModelSettings:
         return max(self.most_end_step_widths * width, self.most_end_step_lengths * length)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class BodyModel:
     """Running means over frames with a sound midline.
 
@@ -289,7 +290,12 @@ class BodyModel:
         """Whether it was followed into enough overlaps to know how dark they are."""
         return self.overlaps[0] >= self.settings.overlap_frames
 
-    @property
+    @cached_property
+    def marks(self) -> float:
+        """How far its signal differs along it, its ends left out, over its median."""
+        return marks_of(self.levels)
+
+    @cached_property
     def pale_ends(self) -> tuple[bool, bool]:
         """Of each end whether it is pale by itself: a thin one is pale by the lens."""
         settings = self.settings

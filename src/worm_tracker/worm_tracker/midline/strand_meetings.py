@@ -70,6 +70,9 @@ def _nearest_pairs(curve: Complex, apart: int, most: float, pairs: NDArray[np.in
     count, n = 0, len(curve)
     for i in range(n):
         for j in range(i + apart, n):
+            du, dv = curve[i].real - curve[j].real, curve[i].imag - curve[j].imag
+            if max(abs(du), abs(dv)) >= most:  # most pairs: a root takes long
+                continue
             distance = abs(curve[i] - curve[j])
             if distance >= most:
                 continue

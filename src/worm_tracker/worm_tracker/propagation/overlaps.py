@@ -8,7 +8,6 @@ import numpy as np
 from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.body_residual import BodyResidualSettings, dark_places
-from worm_tracker.midline.body_shade import marks_of
 from worm_tracker.midline.end_marks import has_marks
 from worm_tracker.midline.overlap_darkening import overlap_darkening
 from worm_tracker.propagation.propagation_settings import PropagationSettings
@@ -17,16 +16,18 @@ from worm_tracker.worm_track import PropagatedBody
 
 def is_marked(model: BodyModel, settings: PropagationSettings) -> bool:
     """Tell whether a body's skin has marks, which are no overlaps however dark they are."""
-    return marks_of(model.levels) > settings.least_marks
+    return model.marks > settings.least_marks
 
 
 def marked_ends(model: BodyModel, settings: PropagationSettings) -> tuple[bool, bool]:
     """Tell of each end whether it is pale, and has marks of its own, which tell where it is."""
+    if not is_marked(model, settings):
+        return False, False
     first, last = (
         is_pale and has_marks(levels, model.length, model.width, settings.end_marks)
         for is_pale, levels in zip(model.pale_ends, (model.levels, model.levels[::-1]), strict=True)
     )
-    return (first, last) if is_marked(model, settings) else (False, False)
+    return first, last
 
 
 def overlaps_tell(model: BodyModel, settings: PropagationSettings) -> bool:
