@@ -315,16 +315,23 @@ def _beyond_flanks(
     """Return what the outline near a place costs that lies beyond all flanks."""
     about = np.flatnonzero(np.abs(line - place) < numbers.reach + numbers.width)
     x, y, radius, total = line.real[about], line.imag[about], half[about] + 0.5, 0.0
-    squared = radius**2
+    within, near = radius**2, (radius + numbers.most_off) ** 2
+    away2 = np.empty(len(about))
     for point in outline:
-        if abs(point - place) > numbers.reach or _is_within(point, x, y, squared):
+        du, dv = point.real - place.real, point.imag - place.imag
+        if du * du + dv * dv > numbers.reach**2:
+            continue
+        discs = 0
+        for m in range(len(about)):
+            a, b = x[m] - point.real, y[m] - point.imag
+            away2[m] = a * a + b * b
+            discs += away2[m] < within[m]
+        if discs > 0:
             continue
         away = numbers.most_off
         for m in range(len(about)):
-            a, b = x[m] - point.real, y[m] - point.imag
-            away2 = a * a + b * b
-            if away2 < (radius[m] + away) ** 2:
-                away = np.sqrt(away2) - radius[m]
+            if away2[m] < near[m] and away2[m] < (radius[m] + away) ** 2:
+                away = np.sqrt(away2[m]) - radius[m]
         total += away * away
     return float(total)
 
