@@ -28,12 +28,15 @@ class Outline:
         """Return the outline of what has more than a level of signal."""
         size = signal.shape[1], signal.shape[0]
         fine = cv2.resize(signal.astype(np.float32), None, None, 2, 2, cv2.INTER_CUBIC)
-        inside = np.where(fine > level, 255, 0).astype(np.uint8)
+        is_inside = np.asarray(fine > level)
+        inside = is_inside.view(np.uint8) * np.uint8(255)
         to_object = cv2.distanceTransform(cv2.bitwise_not(inside), cv2.DIST_L2, 5)
         to_water = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
-        signed = cv2.subtract(to_object, to_water) + np.where(inside, 0.5, -0.5)
-        smooth = cv2.GaussianBlur(signed.astype(np.float32), (0, 0), 1.0) / 2
+        to_edge = np.where(is_inside, np.float32(0.5), np.float32(-0.5))
+        signed = cv2.add(cv2.subtract(to_object, to_water), to_edge)
+        smooth = cv2.GaussianBlur(signed, (0, 0), 1.0)
         distance = np.asarray(cv2.resize(smooth, size, interpolation=cv2.INTER_AREA), np.float32)
+        distance /= 2
         on_it = cv2.findNonZero(cv2.inRange(distance, -0.5, 0.5))
         u, v = np.zeros((2, 0)) if on_it is None else np.asarray(on_it).reshape(-1, 2).T
         return cls(distance, u + 1j * v)
