@@ -1,6 +1,7 @@
 """What one picture shows of the worm: which object it is, and where; or why there is none."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -189,11 +190,7 @@ class Detection:
 
         Specks that lie by themselves in such a hole are none of it.
         """
-        filled = draw_blob(self.blob, self.view.window)
-        pixels = np.asarray(cv2.bitwise_and(filled, self.view.above_threshold()), np.uint8)
-        if not self.blob.hole_area:
-            return pixels
-        return _joined_to(self.blob.contour - np.array(self.view.origin), pixels)
+        return _pixels_of(self.blob, self.view)
 
     def centroid(self) -> tuple[float, float]:
         """Return the centroid (u, v) of the object's pixels, in the picture."""
@@ -269,6 +266,17 @@ class Detection:
             self.view, window=window, signal=signal, smooth=smooth, raised=raised, dim=dim
         )
         return replace(self, view=view, occluder=None, dirt=None)
+
+
+@lru_cache(maxsize=2)  # a picture's object is asked for again and again, and seldom later
+def _pixels_of(blob: Blob, view: SignalView) -> Picture:
+    """Return an object in its window, as `Detection.object_pixels` does."""
+    filled = draw_blob(blob, view.window)
+    pixels = np.asarray(cv2.bitwise_and(filled, view.above_threshold()), np.uint8)
+    if blob.hole_area:
+        pixels = _joined_to(blob.contour - np.array(view.origin), pixels)
+    pixels.flags.writeable = False
+    return pixels
 
 
 def _joined_to(outline: NDArray[np.int64], pixels: Picture) -> Picture:

@@ -7,6 +7,7 @@ or two strands that lead to the same places are passed in the other order (`stra
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -171,18 +172,21 @@ def _passed_other_way(curve: Complex, i: int, joint: int) -> Complex:
     return evenly(np.concatenate([curve[: i - joint], curve[i + joint :][::-1]]), len(curve))
 
 
+@lru_cache(maxsize=2)  # several ask in turn for those of the body that they are about to take
 def _loops(
     path: BodyPath, width: float, settings: StrandExchangeSettings
-) -> Iterator[tuple[float, DoubtfulLoop, Complex]]:
-    """Yield each loop, how much straighter it is the other way round, and the curve that way."""
-    yield from _loops_between_strands(path, width, settings)
-    yield from _loops_at_ends(path, width, settings)
+) -> list[tuple[float, DoubtfulLoop, Complex]]:
+    """Return each loop, how much straighter it is the other way round, and the curve that way."""
+    return [
+        *_loops_between_strands(path, width, settings),
+        *_loops_at_ends(path, width, settings),
+    ]
 
 
 def _loops_between_strands(
     path: BodyPath, width: float, settings: StrandExchangeSettings
 ) -> Iterator[tuple[float, DoubtfulLoop, Complex]]:
-    """Yield each loop between two strands that meet, as `_loops` does; and each other order."""
+    """Yield each loop between two strands that meet, as of `_loops`; and each other order."""
     curve, step, last = path.curve, path.step, len(path.curve) - 1
     joint = joint_nodes(width, step, settings)
     window, reach = window_nodes(width, step, settings), turn_nodes(width, step, settings)
@@ -203,7 +207,7 @@ def _loops_between_strands(
 def _loops_at_ends(
     path: BodyPath, width: float, settings: StrandExchangeSettings
 ) -> Iterator[tuple[float, DoubtfulLoop, Complex]]:
-    """Yield each loop between an end and the strand under it, as `_loops` does.
+    """Yield each loop between an end and the strand under it, as of `_loops`.
 
     Less straight by what an end must tell more.
     """

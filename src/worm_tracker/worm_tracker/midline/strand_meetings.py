@@ -8,7 +8,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex
-from worm_msgs_py.compiled import array_read, array_written, compiled_for
+from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +61,17 @@ def meetings(
     return [(stride * i, stride * j) for i, j in pairs[:count].tolist()]
 
 
+@compiled
+def _is_nearest(curve: Complex, i: int, j: int, apart: int, distance: float) -> bool:
+    """Tell whether no nodes within two of a pair of nodes are nearer to each other than these."""
+    n = len(curve)
+    for k in range(max(i - 2, 0), min(i + 3, n)):
+        for m in range(max(j - 2, k + apart), min(j + 3, n)):
+            if abs(curve[k] - curve[m]) < distance:
+                return False
+    return True
+
+
 @compiled_for(array_read(types.complex128), types.intp, types.float64, array_written(types.intp, 2))
 def _nearest_pairs(curve: Complex, apart: int, most: float, pairs: NDArray[np.intp]) -> int:
     """Fill in the pairs of nodes nearer than `most`, and than all pairs within two nodes of them.
@@ -76,11 +87,7 @@ def _nearest_pairs(curve: Complex, apart: int, most: float, pairs: NDArray[np.in
             distance = abs(curve[i] - curve[j])
             if distance >= most:
                 continue
-            is_nearest = True
-            for k in range(max(i - 2, 0), min(i + 3, n)):
-                for m in range(max(j - 2, k + apart), min(j + 3, n)):
-                    is_nearest &= abs(curve[k] - curve[m]) >= distance
-            if is_nearest:
+            if _is_nearest(curve, i, j, apart, distance):
                 pairs[count, 0], pairs[count, 1] = i, j
                 count += 1
     return count
