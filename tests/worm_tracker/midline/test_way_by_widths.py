@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_tracker.midline.curve import as_points
+from worm_tracker.midline.order_by_widths import area_of_body
 from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import loops_otherwise
 from worm_tracker.midline.strand_meetings import StrandExchangeSettings
@@ -51,6 +52,10 @@ def otherwise(path):
     return other
 
 
+def areas(mask, widths, *paths):
+    return [area_of_body(mask.shape, path.points, widths) for path in paths]
+
+
 BODIES = st.builds(looped, st.floats(1.5, 2.5), st.floats(2.5, 3.5))
 TAPERS = st.builds(tapering, st.floats(0.35, 0.45), st.floats(0.2, 0.3))
 
@@ -58,10 +63,10 @@ TAPERS = st.builds(tapering, st.floats(0.35, 0.45), st.floats(0.2, 0.3))
 @given(path=BODIES, widths=TAPERS, across=st.floats(0.92, 1.08))
 def test_a_tail_that_tapers_into_its_loop_tells_which_way_that_is_passed(path, widths, across):
     mask, other = seen(path, widths, across), otherwise(path)
-    score = score_of_way(mask, path.points, other.points, widths, SETTINGS)
+    score = score_of_way(mask, *areas(mask, widths, path, other), SETTINGS)
     assert score is not None
     assert score > SETTINGS.least_score
-    contrary = score_of_way(mask, other.points, path.points, widths, SETTINGS)
+    contrary = score_of_way(mask, *areas(mask, widths, other, path), SETTINGS)
     assert contrary == pytest.approx(-score)
 
 
@@ -77,7 +82,7 @@ def test_a_loop_that_is_passed_right_is_not_taken_for_a_wrong_one(path, widths):
 @given(path=BODIES)
 def test_a_body_of_one_width_tells_nothing_of_its_loop(path):
     mask = seen(path, EVEN)
-    assert score_of_way(mask, path.points, otherwise(path).points, EVEN, SETTINGS) is None
+    assert score_of_way(mask, *areas(mask, EVEN, path, otherwise(path)), SETTINGS) is None
 
 
 def test_a_taper_beyond_the_loop_tells_nothing_of_it():

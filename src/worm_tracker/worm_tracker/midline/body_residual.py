@@ -201,10 +201,18 @@ class Unexplained:
 def px2_near(mask: Picture, point: Floats, distance: float) -> int:
     """Return how many pixels of a mask are as near as this to a point (2,)."""
     u, v = point.tolist()
+    part = part_near(point, distance)
+    rows, columns = np.nonzero(mask[part])
+    away = np.hypot(columns + part[1].start - u, rows + part[0].start - v)
+    return int((away < distance).sum())
+
+
+def part_near(point: Floats, distance: float) -> tuple[slice, slice]:
+    """Return rows and columns of a mask that hold all that is as near as this to a point (2,)."""
+    u, v = point.tolist()
     u0, v0 = max(floor(u - distance), 0), max(floor(v - distance), 0)
     u1, v1 = max(ceil(u + distance), 0), max(ceil(v + distance), 0)
-    rows, columns = np.nonzero(mask[v0 : v1 + 1, u0 : u1 + 1])
-    return int((np.hypot(columns + u0 - u, rows + v0 - v) < distance).sum())
+    return slice(v0, v1 + 1), slice(u0, u1 + 1)
 
 
 def ends_and_bends(points: Floats, width: float, settings: BodyResidualSettings) -> Floats:

@@ -31,7 +31,7 @@ class WayByWidthsSettings:
 
 
 def score_of_way(
-    mask: Picture, one: Floats, other: Floats, widths: Floats, settings: WayByWidthsSettings
+    mask: Picture, one: Picture, other: Picture, settings: WayByWidthsSettings
 ) -> float | None:
     """Return by how much better one way of a body covers its object than another.
 
@@ -39,10 +39,8 @@ def score_of_way(
     ----------
     mask : ndarray of uint8, shape (h, w)
         The object, not zero there.
-    one, other : ndarray, shape (n, 2)
-        The midline either way, in the mask's coordinates.
-    widths : ndarray, shape (n,)
-        Along the body, as it has been learned.
+    one, other : ndarray of uint8, shape (h, w)
+        The body's area either way, as `area_of_body` draws it.
     settings : WayByWidthsSettings
 
     Returns
@@ -51,11 +49,10 @@ def score_of_way(
         Difference of the two intersections over union with the object, over what it is for a body
         without a fault; None where both ways are much the same.
     """
-    this, that = (area_of_body(mask.shape, points, widths) for points in (one, other))
-    difference = 1 - intersection_over_union(this, that)
+    difference = 1 - intersection_over_union(one, other)
     if difference < settings.least_difference:
         return None
-    gain = intersection_over_union(mask, this) - intersection_over_union(mask, that)
+    gain = intersection_over_union(mask, one) - intersection_over_union(mask, other)
     return gain / difference
 
 
@@ -74,15 +71,22 @@ def loops_by_widths(
 
     Parameters
     ----------
-    mask, path, widths
-        As of `score_of_way`.
+    mask : ndarray of uint8, shape (h, w)
+        The object, not zero there.
+    path : BodyPath
+        In the mask's coordinates.
+    widths : ndarray, shape (n,)
+        Along the body, as it has been learned.
     width : float
         The body's, pixels.
     exchange : StrandExchangeSettings
     least_breadth_widths : float
     settings : WayByWidthsSettings
     """
-    for _, otherwise in loops_otherwise(path, width, exchange, least_breadth_widths):
-        score = score_of_way(mask, path.points, otherwise.points, widths, settings)
+    loops = loops_otherwise(path, width, exchange, least_breadth_widths)
+    area = area_of_body(mask.shape, path.points, widths) if loops else mask
+    for _, otherwise in loops:
+        area_otherwise = area_of_body(mask.shape, otherwise.points, widths)
+        score = score_of_way(mask, area, area_otherwise, settings)
         if score is not None:
             yield score, otherwise

@@ -4,7 +4,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.midline.body_model import BodyModel
-from worm_tracker.midline.body_residual import ObjectMasks, px2_near
+from worm_tracker.midline.body_residual import ObjectMasks, part_near, px2_near
 from worm_tracker.midline.curve import median_of, unit_grid
 from worm_tracker.midline.drawn_signal import BodySignal
 from worm_tracker.midline.end_residual import end_over_limits
@@ -119,7 +119,10 @@ def broad_ends(
     settings : PropagationSettings
     """
     reach, most = settings.broad_end_widths * width, settings.most_beside_end_widths2 * width**2
-    pale = signal < settings.least_beside_over_body_level * median_of(levels)
-    beside = np.where(pale, np.uint8(0), found.unexplained.beside)
-    first, last = (px2_near(beside, point, reach) > most for point in found.path.points[[0, -1]])
+    least = settings.least_beside_over_body_level * median_of(levels)
+    beside, ends = found.unexplained.beside.copy(), found.path.points[[0, -1]]
+    for point in ends:
+        part = part_near(point, reach)
+        beside[part][signal[part] < least] = 0
+    first, last = (px2_near(beside, point, reach) > most for point in ends)
     return first, last

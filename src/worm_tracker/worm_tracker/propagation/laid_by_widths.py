@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import inf
 
+from worm_tracker.midline.order_by_widths import area_of_body
 from worm_tracker.midline.way_by_widths import loops_by_widths, score_of_way
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
@@ -33,7 +34,8 @@ def with_loop_by_widths(scene: CandidateSearch, found: Candidate) -> Candidate:
     slid = scene.slid(otherwise)
     if slid is None or scene.over_limits(slid) > 1 or scene.leaps(slid):
         return found
-    score = score_of_way(mask, slid.path.points, found.path.points, widths, by_widths)
+    one, other = (area_of_body(mask.shape, each.path.points, widths) for each in (slid, found))
+    score = score_of_way(mask, one, other, by_widths)
     if score is None or score < by_widths.least_score:
         return found
     return replace(slid, path=replace(slid.path, ways=found.path.ways), was_exchanged=True)
