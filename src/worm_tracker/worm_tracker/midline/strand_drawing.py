@@ -194,32 +194,38 @@ def _fill_polygon(
     corners_u: Floats,
     corners_v: Floats,
     count: int,
+    edges: Floats,
     drawing: _Drawing,
     piece: int,
     beside: int,
 ) -> None:
-    """Mark the pixels that lie in a convex polygon, or nearer than half a pixel to its edge."""
+    """Mark the pixels that lie in a convex polygon, or nearer than half a pixel to its edge.
+
+    `edges`, shape (3, 4), is written over: to make room for each polygon would take longer.
+    """
     h, w = drawing.number.shape
-    area = 0.0
+    area, least_u, most_u, least_v, most_v = 0.0, np.inf, -np.inf, np.inf, -np.inf
     for k in range(count):
         if not max(abs(corners_u[k]), abs(corners_v[k])) < _FARTHEST_PX:
             return
-        m = (k + 1) % count
+        least_u, most_u = min(least_u, corners_u[k]), max(most_u, corners_u[k])
+        least_v, most_v = min(least_v, corners_v[k]), max(most_v, corners_v[k])
+        m = k + 1 if k + 1 < count else 0
         area += corners_u[k] * corners_v[m] - corners_u[m] * corners_v[k]
+    least_u, most_u, least_v, most_v = least_u - 0.5, most_u + 0.5, least_v - 0.5, most_v + 0.5
+    if most_u < 0 or least_u > w - 1 or most_v < 0 or least_v > h - 1:
+        return
     turn = 1.0 if area >= 0 else -1.0
     # Within an edge, or beyond it by half a pixel: dv (u - u_k) <= du (v - v_k) + rim. Where that
     # is as u <= (du v + rest) / dv, or as >=, what does not change from row to row is worked out.
-    slope, rest, side = np.empty(count), np.empty(count), np.empty(count)
+    slope, rest, side = edges
     for k in range(count):
-        m = (k + 1) % count
+        m = k + 1 if k + 1 < count else 0
         du, dv = turn * (corners_u[m] - corners_u[k]), turn * (corners_v[m] - corners_v[k])
         slope[k], rest[k], side[k] = du, 0.5 * max(abs(du), abs(dv)) - du * corners_v[k], dv
         if dv != 0:
             slope[k], rest[k] = du / dv, corners_u[k] + rest[k] / dv
-    least_u, most_u = corners_u[:count].min() - 0.5, corners_u[:count].max() + 0.5
-    first_v = max(int(np.ceil(corners_v[:count].min() - 0.5)), 0)
-    last_v = min(int(np.floor(corners_v[:count].max() + 0.5)), h - 1)
-    for v in range(first_v, last_v + 1):
+    for v in range(max(int(np.ceil(least_v)), 0), min(int(np.floor(most_v)), h - 1) + 1):
         low, high = max(least_u, 0.0), min(most_u, w - 1.0)
         for k in range(count):
             most = slope[k] * v + rest[k]
@@ -309,7 +315,7 @@ def _draw(
     """Draw a body piece by piece, each of quadrilaterals from node to node, and discs at kinks."""
     drawing = _Drawing(number, twice, layered, thrice)
     left, right, joint = _flanks(line, widths, kink_rad)
-    corners_u, corners_v = np.empty(4), np.empty(4)
+    corners_u, corners_v, edges = np.empty(4), np.empty(4), np.empty((3, 4))
     for piece in range(len(cuts) - 1):
         far = beside[piece]
         for k in range(cuts[piece], cuts[piece + 1]):
@@ -318,8 +324,8 @@ def _draw(
             for corner, z in enumerate((left[k], left[k + 1], right[k + 1], right[k])):
                 corners_u[corner], corners_v[corner] = z.real, z.imag
             if _is_convex(corners_u, corners_v):
-                _fill_polygon(corners_u, corners_v, 4, drawing, piece, far)
+                _fill_polygon(corners_u, corners_v, 4, edges, drawing, piece, far)
                 continue
-            _fill_polygon(corners_u, corners_v, 3, drawing, piece, far)
+            _fill_polygon(corners_u, corners_v, 3, edges, drawing, piece, far)
             corners_u[1], corners_v[1] = corners_u[3], corners_v[3]
-            _fill_polygon(corners_u, corners_v, 3, drawing, piece, far)
+            _fill_polygon(corners_u, corners_v, 3, edges, drawing, piece, far)
