@@ -4,8 +4,10 @@ from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
+from numba import types
 
-from worm_msgs_py.arrays import Complex, Floats, Floats32
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.strand_drawing import StrandDrawingSettings, drawn_strands
 
@@ -80,9 +82,30 @@ def expected_signal(
     fine = shape[0] * finer, shape[1] * finer
     drawn = drawn_strands(fine, line, finer * widths, finer * body.width, settings.strands)
     dark = drawn.twice if is_dark_beside else drawn.layered
-    second, third = np.float32(body.darkening), np.float32(body.darkening**2)
-    sharp = (drawn.body + second * dark + third * drawn.thrice) * np.float32(1 / 255)
+    sharp = np.empty(fine, np.float32)
+    _fill_signal(drawn.body, dark, drawn.thrice, body.darkening, body.darkening**2, sharp)
     if finer > 1:
-        sharp = cv2.resize(sharp, shape[::-1], interpolation=cv2.INTER_AREA)
+        coarse = cv2.resize(sharp, shape[::-1], interpolation=cv2.INTER_AREA)
+        sharp = np.asarray(coarse, np.float32)
     blurred = cv2.GaussianBlur(sharp, (0, 0), settings.blur_widths * body.width)
     return np.asarray(blurred, np.float32)
+
+
+@compiled_for(
+    array_read(types.uint8, 2),
+    array_read(types.uint8, 2),
+    array_read(types.uint8, 2),
+    types.float32,
+    types.float32,
+    array_written(types.float32, 2),
+)
+def _fill_signal(
+    body: Picture, twice: Picture, thrice: Picture, second: float, third: float, signal: Floats32
+) -> None:
+    """Fill in the signal of a body where it lies once, twice and thrice: 255 in a mask each."""
+    height, width = signal.shape
+    for v in range(height):
+        for u in range(width):
+            layers = np.float32(body[v, u]) + second * np.float32(twice[v, u])
+            layers += third * np.float32(thrice[v, u])
+            signal[v, u] = layers * np.float32(1 / 255)
