@@ -7,11 +7,13 @@ are known, and where it is seen alone.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
+from numba import types
 
 from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
 from worm_tracker.midline.cross_sections import interpolate
 
 
@@ -85,15 +87,16 @@ class SeenOnPath:
             self.signal[::-1], self.below[::-1], self.own[::-1], self.border[::-1], self.odds[::-1]
         )
 
-    def in_stretches(self, stop: int, length: int) -> "SeenOnPath":
-        """Return the same of each stretch of so many nodes before `stop`, a row each."""
-        return SeenOnPath(
-            sliding_window_view(self.signal[:stop], length),
-            sliding_window_view(self.below[:stop], length),
-            sliding_window_view(self.own[:stop], length),
-            sliding_window_view(self.border[:stop], length),
-            sliding_window_view(self.odds[:stop], length),
-        )
+
+class _NodeNumbers(NamedTuple):
+    """What compiled functions ask for, as of `more_by_marks` and its settings."""
+
+    darkening: float
+    sd_relative: float
+    below_sd_relative: float
+    least_sd2: float
+    most: float
+    in_water: bool
 
 
 def more_by_marks(
@@ -131,35 +134,71 @@ def more_by_marks(
     more = np.zeros(n)
     if count <= 0:
         return more
-    so = darkening, level, most, settings, in_water
-    behind = _node_odds(seen, seen.own, *so)[: middle + 1]
+    numbers = _NodeNumbers(
+        darkening,
+        settings.sd_relative,
+        settings.below_sd_relative,
+        (settings.least_sd_relative * level) ** 2,
+        most,
+        in_water,
+    )
+    behind, of_end = np.empty(middle + 1), np.empty((count, zone))
+    on_path = seen.signal, seen.below, seen.own, seen.border, seen.odds
+    _fill_odds(*on_path, profile, numbers, behind, of_end)
     inwards = np.append(np.cumsum(behind[::-1])[::-1], 0.0)
-    of_end = _node_odds(seen.in_stretches(middle + 1, zone), profile, *so)
     by_darkness = np.cumsum(np.clip(seen.odds[: middle + 1], -most, most)[::-1])[::-1]
     more[:count] = of_end.sum(axis=1) + inwards[zone:] - by_darkness[:count]
     return more
 
 
-def _node_odds(
-    seen: SeenOnPath,
-    own: Floats,
-    darkening: float,
-    level: float,
-    most: float,
-    settings: EndMarksSettings,
-    in_water: bool,
-) -> Floats:
-    """Return the log odds of a part of such a signal being at each node, over those below it.
+@compiled
+def _odds_of_node(
+    signal: float, below: float, own: float, border: bool, odds: float, how: _NodeNumbers
+) -> float:
+    """Return the log odds of a part of such a signal being at a node, over those below it.
 
     Those by darkness alone where nothing lies below, unless marks count there, too.
     """
-    below = seen.below
-    adds = np.where(below > 0, darkening * own, own)
-    sd2 = (settings.sd_relative * own) ** 2 + (settings.below_sd_relative * below) ** 2
-    sd2 = sd2 + (settings.least_sd_relative * level) ** 2
-    each = np.clip((seen.signal - below - adds / 2) * adds / sd2, -most, most)
-    each = np.where(seen.border, np.minimum(each, 0.0), each)
-    return np.where((below > 0) | in_water, each, np.clip(seen.odds, -most, most))
+    if not (below > 0 or how.in_water):
+        return float(min(max(odds, -how.most), how.most))
+    adds = how.darkening * own if below > 0 else own
+    sd2 = (how.sd_relative * own) ** 2 + (how.below_sd_relative * below) ** 2 + how.least_sd2
+    speaks = min(max((signal - below - adds / 2) * adds / sd2, -how.most), how.most)
+    return float(min(speaks, 0.0) if border else speaks)
+
+
+@compiled_for(
+    array_read(types.float64),
+    array_read(types.float64),
+    array_read(types.float64),
+    array_read(types.boolean),
+    array_read(types.float64),
+    array_read(types.float64),
+    types.NamedTuple((types.float64,) * 5 + (types.boolean,), _NodeNumbers),
+    array_written(types.float64),
+    array_written(types.float64, 2),
+)
+def _fill_odds(
+    signal: Floats,
+    below: Floats,
+    own: Floats,
+    border: Mask,
+    odds: Floats,
+    profile: Floats,
+    how: _NodeNumbers,
+    behind: Floats,
+    of_end: Floats,
+) -> None:
+    """Fill in the log odds of a node, and those of the end's nodes where it begins at each."""
+    for k in range(len(behind)):
+        behind[k] = _odds_of_node(signal[k], below[k], own[k], border[k], odds[k], how)
+    first_nodes, zone = of_end.shape
+    for first in range(first_nodes):
+        for node in range(zone):
+            k = first + node
+            of_end[first, node] = _odds_of_node(
+                signal[k], below[k], profile[node], border[k], odds[k], how
+            )
 
 
 def log_odds_of_whole_end(
