@@ -1,12 +1,13 @@
 """Ends of a worm that are paler than the rest of it: below the threshold, on the body's axis."""
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Floats, Picture
-from worm_tracker.detection.blobs import draw_blob, thickness
+from worm_tracker.detection.blobs import Blob, draw_blob, thickness
 from worm_tracker.detection.detection import Detection, DetectionPrior, SignalView
 from worm_tracker.midline.contour_midline import ContourMidlineSettings, contour_midline
 
@@ -176,8 +177,7 @@ def _pieces(
     if faint >= view.threshold:
         return []
     rim = max(2, round(settings.rim_widths * width))
-    _, dark = cv2.threshold(view.smooth, faint, 255, cv2.THRESH_BINARY)
-    beside = cv2.subtract(dark, draw_blob(detection.blob, view.window, rim))
+    beside = _faint_beside(detection.blob, view, faint, rim)
     least, most = least_widths2 * width**2, settings.most_area_over_object * area
     if cv2.countNonZero(beside) < least:  # nearly always
         return []
@@ -189,6 +189,13 @@ def _pieces(
         for k in range(1, count)
         if wanted[k]
     ]
+
+
+@lru_cache(maxsize=2)  # both a pale end and one that was followed are looked for in a picture
+def _faint_beside(blob: Blob, view: SignalView, faint: float, rim: int) -> Picture:
+    """Return what has more signal than that and lies beyond an object's rim; 0 or 255."""
+    _, dark = cv2.threshold(view.smooth, faint, 255, cv2.THRESH_BINARY)
+    return np.asarray(cv2.subtract(dark, draw_blob(blob, view.window, rim)), np.uint8)
 
 
 def _is_any_cut(
