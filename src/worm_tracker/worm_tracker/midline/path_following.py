@@ -28,6 +28,7 @@ from worm_tracker.midline.curve import (
     cubic_through,
     tangents,
     turn_about,
+    unit_grid,
 )
 from worm_tracker.midline.end_marks import EndMarksSettings
 from worm_tracker.midline.expected_body import ExpectedBody
@@ -170,7 +171,7 @@ def _expected_body(view: _View, extended: _Extended) -> _Along:
     first = extended.beyond - extended.ways[0] / step
     last = n - 1 - extended.beyond - extended.ways[1] / step
     part = (np.arange(n) - first) / max(last - first, 1.0)
-    grid = np.linspace(0, 1, len(body.widths))
+    grid = unit_grid(len(body.widths))
     half = np.interp(part, grid, body.widths) / 2
     level = np.interp(part, grid, body.levels)
     if not lies_near_itself(curve, body.width, step):
@@ -181,12 +182,13 @@ def _expected_body(view: _View, extended: _Extended) -> _Along:
     extent = slice(max(round(first), 0), max(round(last), 0) + 1)
     over = parts_over(at, curve, half, extent, step, margins, settings.cover)
     covered = over > 0
-    covered[:, [3, 5]] |= _within_bend(curve, body.width, step, settings)
+    inside, outside = covered[:, 2::2], covered[:, 3::2]  # on the left and on the right
+    _fill_within_bend(curve, body.width, step, settings, outside)
     covers = Covers(
         layers=over[:, 0],
         either=covered[:, 1],
-        inside=covered[:, [2, 4]],
-        outside=covered[:, [3, 5]],
+        inside=inside,
+        outside=outside,
         level=body.level,
         level_sd=body.level_sd,
         darkening=body.darkening,
@@ -213,14 +215,15 @@ def _fill_beside(curve: Complex, normal: Complex, half: Floats, blur: float, at:
         at[k, 4], at[k, 5] = curve[k] + within, curve[k] + beyond
 
 
-def _within_bend(
-    curve: Complex, width: float, step: float, settings: PathFollowingSettings
-) -> Mask:
-    """Tell on which side, left or right, a bend is so tight that its inner edge is not seen."""
+def _fill_within_bend(
+    curve: Complex, width: float, step: float, settings: PathFollowingSettings, unseen: Mask
+) -> None:
+    """Note on which side, left or right, a bend is so tight that its inner edge is not seen."""
     over = max(1, round(settings.bend_half_stretch_widths * width / step))
     turn = turn_about(curve, over)
     most = settings.sharpest_turn_with_inner_edge_rad
-    return np.stack([turn < -most, turn > most], axis=1)
+    unseen[:, 0] |= turn < -most
+    unseen[:, 1] |= turn > most
 
 
 def _measured(view: _View, extended: _Extended, along: _Along) -> CrossSections:
