@@ -10,6 +10,7 @@ from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.blobs import Blob, draw_blob, thickness
 from worm_tracker.detection.detection import Detection, DetectionPrior, SignalView
 from worm_tracker.midline.contour_midline import ContourMidlineSettings, contour_midline
+from worm_tracker.midline.occupied_part import occupied_part
 
 _WITHIN = np.s_[1:-1, 1:-1]
 """A window but for its outermost pixels."""
@@ -181,14 +182,20 @@ def _pieces(
     least, most = least_widths2 * width**2, settings.most_area_over_object * area
     if cv2.countNonZero(beside) < least:  # nearly always
         return []
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(beside)
+    box = _box_of(beside)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(beside[box])
     sizes = stats[:, cv2.CC_STAT_AREA]
     wanted = (sizes > least) & (sizes < most)
-    return [
-        np.asarray((labels == k).view(np.uint8) * 255, np.uint8)
-        for k in range(1, count)
-        if wanted[k]
-    ]
+    pieces = np.zeros((int(wanted[1:].sum()), *beside.shape), np.uint8)
+    for piece, k in zip(pieces, 1 + np.flatnonzero(wanted[1:]), strict=True):
+        piece[box][labels == k] = 255
+    return list(pieces)
+
+
+def _box_of(mask: Picture) -> tuple[slice, slice]:
+    """Return rows and columns of a mask that hold all that it shows."""
+    u, v, width, height = cv2.boundingRect(mask)
+    return slice(v, v + height), slice(u, u + width)
 
 
 @lru_cache(maxsize=2)  # both a pale end and one that was followed are looked for in a picture
@@ -212,11 +219,12 @@ def _is_any_cut(
 
 def _continues(piece: Picture, line: Floats, width: float, settings: PaleEndSettings) -> bool:
     """Tell whether a piece lies beyond an end of a midline, on its axis, and is no broader."""
-    v, u = np.nonzero(piece)
-    if 2 * float(cv2.distanceTransform(piece, cv2.DIST_L2, 3).max()) > (
-        settings.most_thickness_widths * width
-    ):
+    within = cv2.distanceTransform(occupied_part(piece), cv2.DIST_L2, 3)
+    if 2 * float(within.max()) > settings.most_thickness_widths * width:
         return False
+    rows, columns = box = _box_of(piece)
+    v, u = np.nonzero(piece[box])
+    v, u = v + rows.start, u + columns.start
     k = max(2, round(settings.axis_part * len(line)))
     for end, inner in ((line[0], line[k]), (line[-1], line[-1 - k])):
         axis = complex(*(end - inner))
