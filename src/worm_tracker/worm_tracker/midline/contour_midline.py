@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex, Floats
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.body_model import end_displacement
 from worm_tracker.midline.curve import (
     TRACKED_POINTS,
@@ -253,9 +255,20 @@ def _opposite(
 
 def _on_loop(loop: Complex, at: Floats) -> Complex:
     """Return a closed curve between its points."""
-    k = np.floor(at).astype(np.int64)
-    part = at - k
-    return np.asarray((1 - part) * loop.take(k, mode="wrap") + part * loop.take(k + 1, mode="wrap"))
+    points = np.empty(len(at), np.complex128)
+    _fill_on_loop(loop, at, points)
+    return points
+
+
+@compiled_for(
+    array_read(types.complex128), array_read(types.float64), array_written(types.complex128)
+)
+def _fill_on_loop(loop: Complex, at: Floats, points: Complex) -> None:
+    """Fill in the places of a closed curve at so many of its points from the first one."""
+    for j in range(len(at)):
+        k = int(np.floor(at[j]))
+        part = at[j] - k
+        points[j] = (1 - part) * loop[k % len(loop)] + part * loop[(k + 1) % len(loop)]
 
 
 def _bend(points: Complex) -> float:
