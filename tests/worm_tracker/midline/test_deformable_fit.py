@@ -37,7 +37,7 @@ def test_each_pixel_pulls_at_its_nearest_node(seed, nodes):
     curve = np.cumsum(1.5 * np.exp(1j * np.cumsum(rng.normal(0.0, 0.3, nodes))))
     curve += 40 + 40j - curve.mean()
     target = rng.random((80, 80)).astype(np.float32)
-    pixels = rng.integers(0, 80, (300, 2))
+    pixels = rng.integers(0, 80, (300, 2), np.int32)
     half = rng.uniform(2.0, 8.0, nodes)
     nearest, pull, residual = np.empty(300, np.intp), np.empty((300, 2)), np.empty(300)
     _pull(target, pixels, curve, half, 2.0, nearest, pull, residual)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
 from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
-from worm_tracker.midline.curve import TRACKED_POINTS, arc_length, as_complex, resample
+from worm_tracker.midline.curve import TRACKED_POINTS, arc_length, as_complex, resample, unit_grid
 
 _MOST_COSINES = 24
 """Cosine terms of the direction along a long body; a stout one bends in fewer ways."""
@@ -83,11 +83,11 @@ def fit_body(
     prior = body.values.copy()
     prior[2] = 0.0
     target = np.asarray(cv2.GaussianBlur(mask, (3, 3), 0) / np.float32(255), np.float32)
-    grid = np.linspace(0, 1, _FINE_POINTS)
-    half = np.interp(grid, np.linspace(0, 1, TRACKED_POINTS), widths) / 2
+    shown = np.asarray(target > 0).view(np.uint8)
+    half = np.interp(unit_grid(_FINE_POINTS), unit_grid(TRACKED_POINTS), widths) / 2
     for softness in settings.edge_softness_widths:
         for _ in range(settings.steps_per_softness):
-            body = _step(body, prior, target, half, softness * middle, settings)
+            body = _step(body, prior, target, shown, half, softness * middle, settings)
     return body.points()[::_SUBSTEPS]
 
 
@@ -154,13 +154,14 @@ def _step(
     body: _Series,
     prior: Floats,
     target: Floats32,
+    shown: Picture,
     half: Floats,
     soft: float,
     settings: BodyFitSettings,
 ) -> _Series:
     """Take one damped Gauss-Newton step."""
     curve = body.points()
-    pixels, weight = _sampled_pixels(target, curve, float(half.max()))
+    pixels, weight = _sampled_pixels(shown, curve, float(half.max()))
     nearest, pull = np.empty(len(pixels), np.intp), np.empty((len(pixels), 2))
     residual = np.empty(len(pixels))
     _pull(target, pixels, as_complex(curve), half, soft, nearest, pull, residual)
@@ -237,7 +238,7 @@ def _inner_tangents(curve: Complex) -> Complex:
 
 @compiled_for(
     array_read(types.float32, 2),
-    array_read(types.int64, 2),
+    array_read(types.int32, 2),
     array_read(types.complex128),
     array_read(types.float64),
     types.float64,
@@ -247,7 +248,7 @@ def _inner_tangents(curve: Complex) -> Complex:
 )
 def _pull(
     target: Floats32,
-    pixels: NDArray[np.int64],
+    pixels: NDArray[np.int32],
     curve: Complex,
     half: Floats,
     soft: float,
@@ -329,14 +330,12 @@ def _sum_up(
             matrix[other, k] = matrix[k, other]
 
 
-def _sampled_pixels(
-    target: Floats32, curve: Floats, half: float
-) -> tuple[NDArray[np.int64], float]:
+def _sampled_pixels(shown: Picture, curve: Floats, half: float) -> tuple[NDArray[np.int32], float]:
     """Return the pixels (u, v) on or near mask and body, and how many each one stands for."""
-    near = (target > 0).astype(np.uint8)
+    near = shown.copy()
     line = [np.rint(curve * 16).astype(np.int32)]
     cv2.polylines(near, line, False, 1, max(1, round(4 * half)), shift=4)
-    at = np.flatnonzero(near.view(np.bool_))
-    stride = max(1, -(-len(at) // _MOST_PIXELS))
-    v, u = np.divmod(at[::stride], near.shape[1])
-    return np.stack([u, v], axis=1), float(stride)
+    at = cv2.findNonZero(near)
+    pixels = np.zeros((0, 2), np.int32) if at is None else np.asarray(at, np.int32).reshape(-1, 2)
+    stride = max(1, -(-len(pixels) // _MOST_PIXELS))
+    return pixels[::stride], float(stride)
