@@ -67,11 +67,13 @@ STEERED_FILMS = tuple(
             *(1, 10, 23, 34, 51, 55, 64, 70, 72, 76, 80, 85, 89),
             *(95, 99, 103, 107, 112, 116, 120),
         ),
+        "skin_w4": (180, 192, 194, 200),
+        "skin_w5": (183, 185, 187, 201),
     }.items()
     for seed in seeds
 )
-"""Worms of other motions, drawn in a third way; s and the seed: of 1 to 28, and from 57 on, those
-that fold."""
+"""Worms of other motions, drawn in a third way, or by the rig in a real skin; s and the seed: of 1
+to 28, and from 57 on, those that fold."""
 MORE_FILMS = ((OPEN, "skin_w4"), (OPEN, "skin_w5"), ("4002", "thin_tail"), ("4004", "thin_tail"))
 
 
@@ -149,6 +151,8 @@ def read_film(kept: Path) -> FoldFilm:
 
 
 def _motion(worm: str) -> FoldedWorm:
+    if worm.startswith("s"):
+        return _steered_motion(int(worm[1:]))
     if worm != OPEN:
         return folded_worms.read_folded_worms(WORMS_FILE)[worm]
     walker = Walker(speed_mm_s=4.0, mean_slide_mm=4.0, mean_hop_mm=1.2, seed=5)
@@ -157,6 +161,17 @@ def _motion(worm: str) -> FoldedWorm:
     whole = np.arange(lines.shape[1])
     smooth = [[np.interp(fine, whole, line[:, k]) for k in (0, 1)] for line in lines]
     return FoldedWorm(np.swapaxes(np.array(smooth), 1, 2), np.full(121, 0.4), OPEN_FPS)
+
+
+def _steered_motion(seed: int) -> FoldedWorm:
+    """Return the motion of a worm that steers by a programme, for the rig to film."""
+    worm = steered_worm(seed)
+    lines, nodes = worm.midlines_mm, worm.midlines_mm.shape[1]
+    at = np.linspace(0, nodes - 1, 121)
+    before = np.minimum(at.astype(np.intp), nodes - 2)
+    part = (at - before)[:, np.newaxis]
+    fewer = (1 - part) * lines[:, before] + part * lines[:, before + 1]
+    return FoldedWorm(fewer, np.interp(at, np.arange(nodes), worm.width_mm), STEERED_FPS)
 
 
 def filmed(

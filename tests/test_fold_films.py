@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from benchmarks import fold_conditions, fold_films
@@ -69,8 +70,12 @@ def test_a_line_is_as_broad_as_it_is_said_to_be(width, heading):
     assert (covered.sum() - ends) / 160.0 == pytest.approx(width, abs=0.27)
 
 
-def test_a_steered_worm_stays_in_the_chamber_and_keeps_about_its_length():
-    worm = steered_worm(24)
+@pytest.fixture(scope="module")
+def worm():
+    return steered_worm(24)
+
+
+def test_a_steered_worm_stays_in_the_chamber_and_keeps_about_its_length(worm):
     again = steered_worm(24)
     np.testing.assert_array_equal(worm.midlines_mm, again.midlines_mm)
     assert np.hypot(*np.moveaxis(worm.midlines_mm, 2, 0)).max() < RADIUS_MM
@@ -97,6 +102,23 @@ def test_a_body_drawn_by_distance_is_as_broad_as_it_is_and_darker_where_it_cross
     dye = 0.35 + 0.65 * np.pi / 4  # of a cylinder, mean over its width
     assert depth.sum() / look.depth == pytest.approx(0.6 * 20.0 * dye, rel=0.1)
     assert np.hypot(*np.diff(line, axis=0).T).max() > 1
+
+
+def test_a_steered_worm_is_filmed_in_a_real_skin_where_it_is(worm, monkeypatch):
+    monkeypatch.setattr(fold_films, "steered_worm", lambda seed: worm)
+    film, true = fold_films._drawn("s24", "skin_w5", frames=1), worm.midlines_mm[0]
+    picture = cv2.imdecode(film["jpeg"], cv2.IMREAD_GRAYSCALE)
+    line = film["midline_px"][0]
+    length_px = np.hypot(*np.diff(line, axis=0).T).sum()
+    length_mm = np.hypot(*np.diff(true, axis=0).T).sum()
+    assert length_px / film["px_per_mm"] == pytest.approx(length_mm, rel=0.01)
+    aside = np.gradient(line, axis=0)[:, ::-1] * [-1, 1]
+    aside *= 1.5 * film["width_px"] / np.hypot(*aside.T)[:, np.newaxis]
+    on_it, left, right = (
+        np.median(picture[tuple(np.rint(line + way * aside).astype(int).T[::-1])])
+        for way in (0, 1, -1)
+    )
+    assert on_it < 0.8 * max(left, right)
 
 
 @pytest.fixture
