@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_tracker.midline.body_shade import ACROSS
-from worm_tracker.midline.drawn_skin import SkinnedBody, dimmed_by_body
+from worm_tracker.midline.drawn_skin import SkinnedBody, dim_by_body
 
 SIDE, HALF = 80, 6.0
 MIDDLE = 39.5 * (1 + 1j)
@@ -18,7 +18,7 @@ def through_body(line, absorbed, cut=WHOLE, half=HALF, through=None):
     """Return the light that a body of one width lets through, (SIDE, SIDE)."""
     through = np.ones((SIDE, SIDE)) if through is None else through
     kept = np.broadcast_to(np.atleast_2d(absorbed).T, (len(line), len(ACROSS)))
-    dimmed_by_body(through, np.asarray(line), np.full(len(line), half), kept, cut)
+    dim_by_body(through, np.asarray(line), np.full(len(line), half), kept, cut)
     return through
 
 
@@ -58,7 +58,7 @@ def test_a_body_drawn_in_two_parts_that_are_cut_where_they_join_is_the_whole_bod
 def test_a_skin_darker_on_one_side_is_darker_there_whichever_way_it_heads(heading):
     line, kept = bar(heading), np.broadcast_to(np.linspace(0.2, 0.6, len(ACROSS)), (51, 7))
     through = np.ones((SIDE, SIDE))
-    dimmed_by_body(through, line, np.full(51, HALF), kept, WHOLE)
+    dim_by_body(through, line, np.full(51, HALF), kept, WHOLE)
     to_the_right = 1j * np.exp(1j * heading)  # v points down
     right, left = (MIDDLE + side * 3 * to_the_right for side in (1, -1))
     dark, pale = (through[round(p.imag), round(p.real)] for p in (right, left))

@@ -10,7 +10,7 @@ from worm_msgs_py.arrays import Floats, Picture
 from worm_tracker.detection.blobs import Blob, draw_blob, thickness
 from worm_tracker.detection.detection import Detection, DetectionPrior, SignalView
 from worm_tracker.midline.contour_midline import ContourMidlineSettings, contour_midline
-from worm_tracker.midline.occupied_part import occupied_part
+from worm_tracker.midline.occupied_part import occupied_box, occupied_part
 
 _WITHIN = np.s_[1:-1, 1:-1]
 """A window but for its outermost pixels."""
@@ -182,7 +182,7 @@ def _pieces(
     least, most = least_widths2 * width**2, settings.most_area_over_object * area
     if cv2.countNonZero(beside) < least:  # nearly always
         return []
-    box = _box_of(beside)
+    box = occupied_box(beside)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(beside[box])
     sizes = stats[:, cv2.CC_STAT_AREA]
     wanted = (sizes > least) & (sizes < most)
@@ -190,12 +190,6 @@ def _pieces(
     for piece, k in zip(pieces, 1 + np.flatnonzero(wanted[1:]), strict=True):
         piece[box][labels == k] = 255
     return list(pieces)
-
-
-def _box_of(mask: Picture) -> tuple[slice, slice]:
-    """Return rows and columns of a mask that hold all that it shows."""
-    u, v, width, height = cv2.boundingRect(mask)
-    return slice(v, v + height), slice(u, u + width)
 
 
 @lru_cache(maxsize=2)  # both a pale end and one that was followed are looked for in a picture
@@ -222,7 +216,7 @@ def _continues(piece: Picture, line: Floats, width: float, settings: PaleEndSett
     within = cv2.distanceTransform(occupied_part(piece), cv2.DIST_L2, 3)
     if 2 * float(within.max()) > settings.most_thickness_widths * width:
         return False
-    rows, columns = box = _box_of(piece)
+    rows, columns = box = occupied_box(piece)
     v, u = np.nonzero(piece[box])
     v, u = v + rows.start, u + columns.start
     k = max(2, round(settings.axis_part * len(line)))

@@ -11,6 +11,7 @@ from numba import types
 from worm_msgs_py.arrays import Complex, Floats
 from worm_msgs_py.compiled import array_read, array_written, compiled, compiled_for
 from worm_tracker.midline.body_shade import ACROSS, at_parts
+from worm_tracker.midline.strand_drawing import FARTHEST_PX
 
 _MOST_ABSORBED = 0.98
 """Part of the light that a place of a body keeps at most."""
@@ -60,7 +61,7 @@ class SkinnedBody:
         return np.clip(seen / self.blackest, 0.0, _MOST_ABSORBED)
 
 
-def dimmed_by_body(
+def dim_by_body(
     through: Floats, line: Complex, half: Floats, absorbed: Floats, cut: tuple[bool, bool]
 ) -> None:
     """Dim what is let through to each pixel of a window by a body that lies there.
@@ -133,7 +134,7 @@ def _dim(
     least = np.empty((h, w))
     for node in range(1 if cut_first else 0, len(line) - 1 if cut_last else len(line)):
         reach, centre = half[node] + 1.0, line[node]
-        if not abs(centre) + reach < 1e6:
+        if not abs(centre) + reach < FARTHEST_PX:
             continue
         for v in range(max(0, int(centre.imag - reach)), min(h - 1, int(centre.imag + reach)) + 1):
             for u in range(

@@ -11,7 +11,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats, Floats32, Picture
 from worm_tracker.midline.curve import complex_arc_length, unit_grid
-from worm_tracker.midline.drawn_skin import SkinnedBody, dimmed_by_body
+from worm_tracker.midline.drawn_skin import SkinnedBody, dim_by_body
 from worm_tracker.midline.end_in_picture import EndInPictureSettings, PictureAboutEnd
 from worm_tracker.midline.likeliest_end import KnownEnd, LikeliestEnd, LikeliestEndSettings
 from worm_tracker.midline.rounded_widths import rounded_half_widths
@@ -95,7 +95,7 @@ class EndInSkin:
         half = rounded_half_widths(part, body.widths) + settings.broader_px / 2
         behind = slice(join - 1, None)  # one node more of both parts, for how they head
         line, skin = body.curve[behind] - picture.corner, body.absorbed(part[behind])
-        dimmed_by_body(through, line, half[behind], skin, (True, False))
+        dim_by_body(through, line, half[behind], skin, (True, False))
         return cls(picture, body, len(body.curve) - join, through, settings)
 
     def drawn(self, line: Complex) -> Floats32:
@@ -106,7 +106,7 @@ class EndInSkin:
         half = rounded_half_widths(part, body.widths) + st.broader_px / 2
         tip = st.blurred_tip_widths * known.width / known.length_px
         through, skin = self.through.copy(), body.absorbed(np.maximum(part, tip))
-        dimmed_by_body(through, end - self.picture.corner, half, skin, (False, True))
+        dim_by_body(through, end - self.picture.corner, half, skin, (False, True))
         sharp = (1 - through).astype(np.float32) * np.float32(body.blackest / body.level)
         blurred = cv2.GaussianBlur(sharp, (0, 0), st.blur_widths * known.width)
         return np.asarray(blurred, np.float32)

@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 
 from worm_msgs_py.arrays import Complex, Picture
+from worm_tracker.midline.occupied_part import occupied_box
 
 
 def largest_piece(mask: Picture) -> Complex:
@@ -16,13 +17,13 @@ def largest_piece(mask: Picture) -> Complex:
     Returns
     -------
     ndarray of complex, shape (n,)
-        None where all of the mask is zero.
+        Empty where all of the mask is zero.
     """
-    u0, v0, width, height = cv2.boundingRect(mask)
+    box = occupied_box(mask)
     # Most of a mask is empty. Pieces are numbered by squares of two pixels: those of the whole mask
     # are kept, so that of two that are as large the same one is taken.
-    left, top = u0 - u0 % 2, v0 - v0 % 2
-    part = mask[top : v0 + height, left : u0 + width]
+    top, left = (each.start - each.start % 2 for each in box)
+    part = mask[top : box[0].stop, left : box[1].stop]
     if not part.size:
         return np.zeros(0, np.complex128)
     _, labels, stats, _ = cv2.connectedComponentsWithStats(part, connectivity=8)

@@ -5,6 +5,12 @@ import cv2
 from worm_msgs_py.arrays import Picture
 
 
+def occupied_box(mask: Picture) -> tuple[slice, slice]:
+    """Return the rows and columns of a mask, (h, w), that hold all that is not zero."""
+    u, v, width, height = cv2.boundingRect(mask)
+    return slice(v, v + height), slice(u, u + width)
+
+
 def occupied_part(mask: Picture) -> Picture:
     """Return the smallest part of a mask that holds all that is not zero, and a pixel around it.
 
@@ -19,5 +25,7 @@ def occupied_part(mask: Picture) -> Picture:
     ndarray of uint8
         A view; a pixel of the mask where all of it is zero.
     """
-    u, v, width, height = cv2.boundingRect(mask)
-    return mask[max(v - 1, 0) : v + height + 1, max(u - 1, 0) : u + width + 1]
+    rows, columns = occupied_box(mask)
+    return mask[
+        max(rows.start - 1, 0) : rows.stop + 1, max(columns.start - 1, 0) : columns.stop + 1
+    ]

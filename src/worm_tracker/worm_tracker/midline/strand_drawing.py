@@ -13,7 +13,7 @@ from worm_tracker.midline.curve import as_complex, complex_arc_length
 
 _MOST_PIECES = 250
 """Pieces of a body that a byte tells apart; a longer body's pieces are longer."""
-_FARTHEST_PX = 1e6
+FARTHEST_PX = 1e6
 """What is farther off, or no number, is not drawn: no whole number tells its pixel."""
 
 
@@ -206,7 +206,7 @@ def _fill_polygon(
     h, w = drawing.number.shape
     area, least_u, most_u, least_v, most_v = 0.0, np.inf, -np.inf, np.inf, -np.inf
     for k in range(count):
-        if not max(abs(corners_u[k]), abs(corners_v[k])) < _FARTHEST_PX:
+        if not max(abs(corners_u[k]), abs(corners_v[k])) < FARTHEST_PX:
             return
         least_u, most_u = min(least_u, corners_u[k]), max(most_u, corners_u[k])
         least_v, most_v = min(least_v, corners_v[k]), max(most_v, corners_v[k])
@@ -261,7 +261,7 @@ def _fill_disc(
 ) -> None:
     """Mark the pixels of a disc: a joint is round on its outer side."""
     h, w = drawing.number.shape
-    if not abs(centre) + radius < _FARTHEST_PX:
+    if not abs(centre) + radius < FARTHEST_PX:
         return
     for v in range(
         max(int(centre.imag - radius), 0), min(int(centre.imag + radius) + 1, h - 1) + 1
