@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from benchmarks.drawn_by_distance import EXIT_WIDTH_MM as STEERED_EXIT_WIDTH_MM
 from benchmarks.drawn_by_distance import STEERED_LOOKS, steered_pictures
@@ -166,12 +167,10 @@ def _motion(worm: str) -> FoldedWorm:
 def _steered_motion(seed: int) -> FoldedWorm:
     """Return the motion of a worm that steers by a programme, for the rig to film."""
     worm = steered_worm(seed)
-    lines, nodes = worm.midlines_mm, worm.midlines_mm.shape[1]
-    at = np.linspace(0, nodes - 1, 121)
-    before = np.minimum(at.astype(np.intp), nodes - 2)
-    part = (at - before)[:, np.newaxis]
-    fewer = (1 - part) * lines[:, before] + part * lines[:, before + 1]
-    return FoldedWorm(fewer, np.interp(at, np.arange(nodes), worm.width_mm), STEERED_FPS)
+    node = np.arange(worm.midlines_mm.shape[1])
+    at = np.linspace(0, node[-1], 121)
+    fewer = make_interp_spline(node, worm.midlines_mm, k=1, axis=1)(at)
+    return FoldedWorm(fewer, np.interp(at, node, worm.width_mm), STEERED_FPS)
 
 
 def filmed(
