@@ -21,19 +21,25 @@ def level_at(levels, s):
     return np.where((s >= 0) & (s <= LENGTH), known, 0.0)
 
 
-def laid_back(levels, turns_at, darkening):
+def laid_back(levels, turns_at, darkening, apart_px=0.0):
     """Return a picture of a body that turns back on itself after so many pixels, and its line.
 
-    The second layer adds its own signal times `darkening`.
+    Each layer lets the same part of the light through wherever it lies, so much that of two of
+    middling signal the second adds that times `darkening`: with none, what lies below is not seen.
+    The way back lies so far below the way there.
     """
     v, u = np.indices((int(2 * MIDDLE), int(LEFT + LENGTH + 40)))
-    on_strand = np.abs(v - MIDDLE) <= WIDTH / 2
-    there = np.where(u - LEFT <= turns_at, level_at(levels, u - LEFT), 0.0)
-    back = level_at(levels, 2 * turns_at - (u - LEFT)) * (u - LEFT <= turns_at)
-    both = np.where(there > 0, there + darkening * back, 0.0) * on_strand
+    along = u - LEFT
+    there = np.where(along <= turns_at, level_at(levels, along), 0.0)
+    back = level_at(levels, 2 * turns_at - along) * (along <= turns_at)
+    there = there * (np.abs(v - MIDDLE) <= WIDTH / 2)
+    back = back * (np.abs(v - MIDDLE - apart_px) <= WIDTH / 2)
+    blackest = np.median(levels) / (1 - darkening)
+    adds = back * (1 - there / blackest if darkening else there == 0)
     s = np.linspace(0, LENGTH, 400)
     line = LEFT + np.where(s < turns_at, s, 2 * turns_at - s) + 1j * MIDDLE
-    return np.clip(both, 0, 255).astype(np.uint8), line
+    line += 1j * apart_px * (s >= turns_at)
+    return np.clip(there + adds, 0, 255).astype(np.uint8), line
 
 
 def alone(levels, cut_px=0.0):

@@ -9,7 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from worm_tracker.midline.drawn_signal import BodySignal
-from worm_tracker.midline.end_residual import EndResidualSettings, end_over_limits
+from worm_tracker.midline.end_residual import (
+    EndResidualSettings,
+    differing_near,
+    end_over_limits,
+)
 
 SETTINGS = EndResidualSettings()
 ANGLES, WIDTHS_PX = st.floats(0.0, 2 * np.pi), st.floats(10.0, 18.0)
@@ -56,3 +60,25 @@ def test_an_end_beyond_the_picture_is_not_asked():
     body = told(line, widths)
     away = replace(body, curve=body.curve + 5000)
     assert over(signal_of(line, widths), away) == 0
+
+
+@pytest.mark.parametrize("longer_widths", [-1.0, 1.0])
+@given(width=WIDTHS_PX, start=ANGLES, aside=st.floats(0.5, 0.9))
+@settings(max_examples=30)
+def test_a_picture_differs_more_from_a_body_that_ends_elsewhere(longer_widths, width, start, aside):
+    line, widths = along_itself(width, start, aside)
+    signal, here, there = (
+        signal_of(line, widths),
+        *(told(line, widths, x) for x in (0, longer_widths)),
+    )
+    ends = np.array([here.curve[-1], there.curve[-1]])
+    least = differing_near(signal, here, ends, SETTINGS)
+    assert least < 0.05
+    assert differing_near(signal, there, ends, SETTINGS) > least + 0.02
+
+
+def test_beyond_the_picture_nothing_differs():
+    line, widths = along_itself(12.0, 0.0, 0.6)
+    body = told(line, widths)
+    away = replace(body, curve=body.curve + 5000)
+    assert differing_near(signal_of(line, widths), away, away.curve[-1:], SETTINGS) == 0

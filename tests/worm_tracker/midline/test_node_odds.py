@@ -6,8 +6,10 @@ from drawn_folds import LEVEL, NODES_PER_WIDTH, laid
 from marked_skins import PLACES, marks_from
 
 from worm_tracker.midline.expected_body import ExpectedBody
+from worm_tracker.midline.node_odds import level_below
 from worm_tracker.midline.path import BodyPath, evenly, nodes_for
 from worm_tracker.midline.path_following import PathFollowingSettings, slide_along_path
+from worm_tracker.midline.self_cover import SelfCoverSettings
 
 WIDTH, DARKENING, OVER_WIDTHS = 14.0, 0.3, 4.0
 
@@ -75,3 +77,15 @@ def test_by_darkness_alone_some_such_ends_are_half_a_width_off(found):
 def test_such_an_end_is_as_sure_as_it_is_near(found):
     off, sd = found[True].T
     assert (off < 2 * sd).mean() > 0.95
+
+
+def test_the_part_below_is_the_nearest_that_is_not_the_same_and_is_there():
+    line = np.r_[np.arange(0.0, 100.0), np.arange(98.0, -1.0, -1.0)] + 0j
+    level = np.arange(float(len(line))) + 1
+    covered = np.ones(len(line), bool)
+    cover = SelfCoverSettings()
+    assert level_below(line, covered, level, 1.0, 4.0, cover)[150] == level[48]
+    level[45:52] = 0.0  # the body is not there
+    assert level_below(line, covered, level, 1.0, 4.0, cover)[150] == level[44]
+    covered[150] = False
+    assert level_below(line, covered, level, 1.0, 4.0, cover)[150] == 0.0

@@ -4,49 +4,66 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from marked_strands import LENGTH, NODES, WIDTH, laid_back, marks
+from marked_strands import LENGTH, NODES, WIDTH, alone, laid_back, marks
+from skinned_ends import DARKENING, LEVEL, body_in_skin, marks_along
 
-from worm_tracker.midline.overlap_darkening import (
-    OverlapDarkeningSettings,
-    level_below,
-    overlap_darkening,
-)
-from worm_tracker.midline.self_cover import SelfCoverSettings
+from worm_tracker.midline.body_shade import ACROSS
+from worm_tracker.midline.drawn_skin import SkinnedBody
+from worm_tracker.midline.overlap_darkening import OverlapDarkeningSettings, overlap_darkening
 
-
-def told(levels, turns_at, darkening, known=None):
-    signal, line = laid_back(levels, turns_at, darkening)
-    widths = np.full(NODES, WIDTH)
-    known = levels if known is None else known
-    return overlap_darkening(signal, line, widths, known, WIDTH, OverlapDarkeningSettings())
+SETTINGS = OverlapDarkeningSettings()
+MARKED = marks(np.random.default_rng(1))
 
 
-@given(seed=st.integers(0, 2**31), darkening=st.floats(0.0, 0.8), turns_at=st.floats(0.55, 0.85))
+def told(signal, line, levels):
+    mean = np.repeat(levels[:, None], len(ACROSS), axis=1)
+    body = SkinnedBody(line, np.full(NODES, WIDTH), mean, float(np.median(levels)), 0.0)
+    return overlap_darkening(signal, body, WIDTH, SETTINGS)
+
+
+@given(seed=st.integers(0, 2**31), darkening=st.floats(0.1, 0.8), turns_at=st.floats(0.55, 0.92))
 @settings(max_examples=25)
 def test_what_the_second_layer_adds_is_found_whatever_the_marks(seed, darkening, turns_at):
     levels = marks(np.random.default_rng(seed))
-    assert told(levels, turns_at * LENGTH, darkening) == pytest.approx(darkening, abs=0.06)
+    signal, line = laid_back(levels, turns_at * LENGTH, darkening)
+    assert told(signal, line, levels) == pytest.approx(darkening, abs=0.03)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("aside", [0.0, 0.3])
+def test_so_it_is_in_a_skin_that_the_rig_has_drawn(seed, aside):
+    line, widths, signal, mean = body_in_skin(0.5, aside, marks_along(seed))
+    body = SkinnedBody(line, widths, mean, LEVEL, 0.0)
+    darkening = overlap_darkening(signal, body, WIDTH, SETTINGS)
+    assert darkening == pytest.approx(DARKENING, abs=0.06)
 
 
 @given(seed=st.integers(0, 2**31))
 @settings(max_examples=10)
-def test_a_level_known_a_tenth_too_low_is_no_overlap_where_overlaps_are_no_darker(seed):
+def test_overlaps_that_are_no_darker_are_not_told_to_be(seed):
     levels = marks(np.random.default_rng(seed))
-    assert told(levels, 0.7 * LENGTH, 0.0, known=0.9 * levels) < 0.2
+    darkening = told(*laid_back(levels, 0.7 * LENGTH, 0.0), levels)
+    assert darkening is None or darkening < 0.1
+
+
+@pytest.mark.parametrize("laid_apart", [0.7, 0.85, 1.0])
+def test_strands_that_lie_side_by_side_and_are_laid_too_near_tell_nothing(laid_apart):
+    signal, _ = laid_back(MARKED, 0.7 * LENGTH, 0.5, WIDTH)
+    _, line = laid_back(MARKED, 0.7 * LENGTH, 0.5, laid_apart * WIDTH)
+    assert told(signal, line, MARKED) is None
+
+
+def test_a_body_that_lies_otherwise_tells_nothing():
+    signal, _ = alone(MARKED)
+    _, line = laid_back(MARKED, 0.7 * LENGTH, 0.5)
+    assert told(signal, line, MARKED) is None
 
 
 @pytest.mark.parametrize("turns_at", [0.99, 0.965])
 def test_a_body_that_hardly_lies_on_itself_tells_nothing(turns_at):
-    assert told(marks(np.random.default_rng(1)), turns_at * LENGTH, 0.5) is None
+    assert told(*laid_back(MARKED, turns_at * LENGTH, 0.5), MARKED) is None
 
 
-def test_the_part_below_is_the_nearest_that_is_not_the_same_and_is_there():
-    line = np.r_[np.arange(0.0, 100.0), np.arange(98.0, -1.0, -1.0)] + 0j
-    level = np.arange(float(len(line))) + 1
-    covered = np.ones(len(line), bool)
-    cover = SelfCoverSettings()
-    assert level_below(line, covered, level, 1.0, 4.0, cover)[150] == level[48]
-    level[45:52] = 0.0  # the body is not there
-    assert level_below(line, covered, level, 1.0, 4.0, cover)[150] == level[44]
-    covered[150] = False
-    assert level_below(line, covered, level, 1.0, 4.0, cover)[150] == 0.0
+def test_a_window_that_the_body_is_not_in_tells_nothing():
+    _, line = laid_back(MARKED, 0.7 * LENGTH, 0.5)
+    assert told(np.zeros((40, 40), np.uint8), line + 500, MARKED) is None

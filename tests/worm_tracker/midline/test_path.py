@@ -10,7 +10,6 @@ from worm_tracker.midline.path import (
     continued,
     evenly,
     path_of,
-    s_turn_at_ends,
     sharp_turns,
 )
 
@@ -49,29 +48,3 @@ def test_a_circle_turns_by_a_width_over_its_radius_everywhere():
     turn = width / radius
     assert len(sharp_turns(circle, width, 1.05 * turn)) == 0
     assert len(sharp_turns(circle, width, 0.9 * turn)) > 60
-
-
-def line_with_turns(*turns_rad, spacing=8.0):
-    """Return a straight line whose last part turns by so much after each eight pixels."""
-    headings = np.cumsum([0.0, *turns_rad])
-    legs = [100.0] + [spacing] * len(turns_rad)
-    steps = [np.full(round(leg), np.exp(1j * h)) for leg, h in zip(legs, headings, strict=True)]
-    return as_points(np.cumsum(np.concatenate(steps)))
-
-
-@pytest.mark.parametrize("turned_round", [False, True])
-@pytest.mark.parametrize("mirrored", [False, True])
-def test_an_s_near_an_end_is_as_sharp_as_the_lesser_of_its_turns(turned_round, mirrored):
-    points = line_with_turns(1.4, -0.9) * (1, -1 if mirrored else 1)
-    points = points[::-1] if turned_round else points
-    assert s_turn_at_ends(points, 8.0, 3.0) == pytest.approx(0.9, abs=0.05)
-
-
-@pytest.mark.parametrize("turns_rad", [(), (1.4,), (1.0, 1.2), (-0.8, -0.8)])
-def test_a_line_that_turns_one_way_near_its_ends_makes_no_s(turns_rad):
-    assert s_turn_at_ends(line_with_turns(*turns_rad), 8.0, 3.0) <= 0.0 + 1e-9
-
-
-def test_an_s_far_from_both_ends_does_not_count():
-    straight_on = [0.0] * 4
-    assert s_turn_at_ends(line_with_turns(1.4, -1.4, *straight_on), 8.0, 3.0) < 1e-9

@@ -1,7 +1,11 @@
-"""A bend that moves on along a body laid double is followed further than a slide takes it."""
+"""A bend that moves on along a body laid double is followed further than a slide takes it.
+
+And an end is laid otherwise only where grey levels do not show that it lies as it did.
+"""
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from body_searches import path_along, search_in
@@ -9,6 +13,7 @@ from drawn_folds import DARKENING, LEVEL, Drawn, laid
 from marked_skins import PLACES, shaded
 
 from worm_tracker.midline.path import evenly
+from worm_tracker.propagation import laid_anew
 from worm_tracker.propagation.laid_anew import followed_body
 
 WIDTH = 11.0
@@ -85,3 +90,30 @@ def test_how_the_ends_went_is_kept():
         for most in (0, 4)
     ]
     assert ways[0] == ways[1]
+
+
+def beside_itself(apart_widths, hooked):
+    """Return a body whose last end lies beside its own strand, or, hooked, is bent onto it."""
+    arcs = [(14.0, 0.0), (np.pi * apart_widths / 2, 2 / apart_widths), (6.0, 0.0)]
+    straight = Drawn.of(arcs, WIDTH, heading=0.3, darker=False).curve
+    beside = straight[:200][abs(straight[:200] - straight[-1]).argmin()]
+    bent = np.concatenate([straight[:-12], np.linspace(straight[-12], beside, 12)[1:]])
+    drawn = Drawn(bent if hooked else straight, WIDTH, darker=False)
+    return drawn, path_along(straight, WIDTH), path_along(bent, WIDTH)
+
+
+@pytest.mark.parametrize("apart_widths", [1.2, 1.25])
+@pytest.mark.parametrize("hooked", [False, True])
+def test_an_end_is_not_laid_across_a_gap_that_is_seen(monkeypatch, apart_widths, hooked):
+    """An outline that closes the gap is explained as well by either: the grey levels tell."""
+    drawn, straight, bent = beside_itself(apart_widths, hooked)
+    widths = np.full(65, WIDTH)
+    search = search_in(drawn.signal, drawn.curve, straight, widths, LEVEL, 0.0, darker=False)
+    closed = cv2.morphologyEx(search.seen.mask, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
+    near = replace(search.settings, near_end_widths=1.6)
+    search = replace(search, seen=replace(search.seen, mask=closed), settings=near)
+    monkeypatch.setattr(laid_anew, "likelier_end", lambda *_: bent.curve[::-1])
+    as_it_was = search.scored(straight, widths)
+    found = laid_anew._with_likelier_ends(search, as_it_was)
+    assert (found is not as_it_was) is hooked
+    assert search.over_limits(search.scored(bent, widths)) <= 1

@@ -43,7 +43,7 @@ def seen_laid_back(levels, darkening):
     return Detection(view, blob), PropagatedBody(BodyPath(line), 0.95, 0.95)
 
 
-@pytest.mark.parametrize("darkening", [0.5, 0.3])
+@pytest.mark.parametrize("darkening", [0.4, 0.3])
 def test_the_darkest_places_of_an_even_body_are_its_overlaps(darkening):
     detection, found = seen_laid_back(EVEN, 2 * darkening)
     model = as_dark_as(detection, model_of(EVEN), SETTINGS)

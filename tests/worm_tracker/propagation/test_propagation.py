@@ -369,3 +369,32 @@ def test_a_body_that_was_longer_while_it_lay_near_itself_hides_a_part(shorter, n
     search = search_after(path, width, 1, loops_known=True)
     line = np.stack([np.linspace(0.0, (1 - shorter) * path.length, 65), np.zeros(65)], axis=1)
     assert search.hides_a_part(SimpleNamespace(points=line)) is hides
+
+
+S_SHAPED = [(6.0, 0.0), (1.0, 1.0), (1.0, -1.0)]
+S_AT_END = [(0.3, 0.0), (1.0, 1.0), (1.0, -1.0)]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "marked", "is_in_doubt"),
+    [
+        pytest.param(S_SHAPED, ACROSS_ITSELF, True, True, id="an S in a folded skin"),
+        pytest.param(S_AT_END, ACROSS_ITSELF, True, True, id="at its end, which is seen"),
+        pytest.param(S_SHAPED, ACROSS_ITSELF, False, False, id="without marks"),
+        pytest.param(S_SHAPED, LINE, True, False, id="open"),
+        pytest.param(LINE, ACROSS_ITSELF, True, False, id="no S"),
+    ],
+)
+def test_where_a_folded_skin_makes_an_s_its_midline_is_in_doubt(before, after, marked, is_in_doubt):
+    width = 10.0
+    path = BodyPath(evenly(laid([*before, *after], width), 300))
+    search = search_after(path, width, 1, loops_known=True)
+    levels = np.tile([80.0, 120.0], 33)[:65] if marked else np.full(65, 100.0)
+    model = replace(search.model, levels=levels, darkening=0.5)
+    told = observation_of(PropagatedBody(path, 0.95, 0.95), model, 0.95, PropagationSettings())
+    assert (told.status is Status.LOOP_IN_DOUBT) is is_in_doubt
+    assert (told.in_doubt != (0, 0)) is is_in_doubt
+    assert told.told_points[[0, -1]].all()
+    if is_in_doubt:
+        s = (before[0][0] + 1.0) * width / path.length * 64  # where it bends the other way
+        assert told.in_doubt[0] < s < told.in_doubt[1] < s + 0.2 * 64

@@ -26,8 +26,8 @@ from worm_tracker.midline.contour_midline import (
 )
 from worm_tracker.midline.curve import as_complex, length_of
 from worm_tracker.midline.doubled_body import looks_doubled
-from worm_tracker.midline.path import s_turn_at_ends
 from worm_tracker.midline.refine import RefinedMidline, refine
+from worm_tracker.midline.s_turns import s_turn_at_ends
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.backwards import BackwardPropagation, PastDetection

@@ -1,4 +1,4 @@
-"""How much darker or paler a picture is beside an end of a body than that body makes it.
+"""How much darker or paler a picture is beside the ends of a body than that body makes it.
 
 An end that is thin lies along another strand unseen by any outline: where it is said to end too
 soon, or the strand that it lies on is taken to bend about it, a sliver is left over that is paler
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from worm_msgs_py.arrays import Floats32, Picture
+from worm_msgs_py.arrays import Complex, Floats32, Picture
 from worm_tracker.midline.drawn_signal import BodySignal, SignalDrawingSettings, expected_signal
 
 
@@ -76,9 +76,43 @@ def end_over_limits(
     )
 
 
+def differing_near(
+    signal: Picture, body: BodySignal, places: Complex, settings: EndResidualSettings
+) -> float:
+    """Return by how much a picture differs from a body near some places, squared widths.
+
+    The sum of what is darker or paler by more than noise makes it, over the body's signal.
+
+    Parameters
+    ----------
+    signal : ndarray of uint8, shape (h, w)
+        Background minus picture.
+    body : BodySignal
+        In the signal's coordinates.
+    places : ndarray of complex, shape (n,)
+        u + iv. All of the picture about them is compared.
+    settings : EndResidualSettings
+    """
+    half = int(settings.reach_widths * body.width)
+    u0, v0 = (max(int(part.min()) - half, 0) for part in (places.real, places.imag))
+    u1, v1 = (int(part.max()) + half + 1 for part in (places.real, places.imag))
+    part = signal[v0:v1, u0:u1]
+    if not part.size:
+        return 0.0
+    seen = part * np.float32(1 / body.level)
+    drawn = expected_signal(part.shape, complex(u0, v0), body, body.widths, False, settings.drawing)
+    differing = np.abs(_smoothed(seen - drawn, body.width, settings)) - settings.least_over_level
+    return float(differing[differing > 0].sum()) / body.width**2
+
+
+def _smoothed(more: Floats32, width: float, settings: EndResidualSettings) -> Floats32:
+    smooth = cv2.GaussianBlur(more, (0, 0), settings.smoothing_widths * width)
+    return np.asarray(smooth, np.float32)
+
+
 def _area(more: Floats32, at: complex, width: float, settings: EndResidualSettings) -> float:
     """Return the largest connected area near a place in which more is seen, squared widths."""
-    smooth = cv2.GaussianBlur(more, (0, 0), settings.smoothing_widths * width)
+    smooth = _smoothed(more, width, settings)
     near = np.zeros(more.shape, np.uint8)
     middle, reach = (round(at.real), round(at.imag)), round(settings.reach_widths * width)
     cv2.circle(near, middle, reach, 1, cv2.FILLED)

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from worm_msgs_py.arrays import Complex, Floats, Floats32
+from worm_msgs_py.arrays import Complex, Floats, Floats32, Mask
 from worm_tracker.midline.cross_sections import Covers
 from worm_tracker.midline.end_marks import EndMarksSettings, SeenOnPath, more_by_marks
 from worm_tracker.midline.expected_body import ExpectedBody
-from worm_tracker.midline.overlap_darkening import level_below
 from worm_tracker.midline.self_cover import SelfCoverSettings
 
 
@@ -132,3 +131,37 @@ def _more_of_end(
     known = profile, body.darkening, body.level
     more = more_by_marks(at, *known, most, settings, in_water=is_pale)
     return more[::-1] if turned else more
+
+
+def level_below(
+    curve: Complex,
+    covered: Mask,
+    level: Floats,
+    step: float,
+    width: float,
+    cover: SelfCoverSettings,
+) -> Floats:
+    """Return the signal of the parts that lie over the nodes of a path; 0 where none does.
+
+    Parameters
+    ----------
+    curve : ndarray of complex, shape (n,)
+        At equal steps.
+    covered : ndarray of bool, shape (n,)
+        Where another part lies over it.
+    level : ndarray, shape (n,)
+        Signal of one layer at each node; 0 where the body is not.
+    step, width : float
+        Distance of the nodes, and width of the body, pixels.
+    cover : SelfCoverSettings
+        How far along the body another part begins.
+    """
+    below = np.zeros(len(curve))
+    at, parts = np.flatnonzero(covered), np.flatnonzero(level > 0)
+    if not (len(at) and len(parts)):
+        return below
+    away = np.abs(curve[at][:, None] - curve[parts])
+    apart = cover.least_way_between_parts_widths * width
+    away[np.abs(at[:, None] - parts) * step < apart] = np.inf
+    below[at] = level[parts[away.argmin(axis=1)]]
+    return below

@@ -5,103 +5,110 @@ But where the body was followed through a fold it is known which parts lie on ea
 either of them looks like alone.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
-from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
-from worm_tracker.midline.cross_sections import interpolate
-from worm_tracker.midline.self_cover import SelfCoverSettings, parts_over
+from worm_msgs_py.arrays import Floats, Mask, Picture
+from worm_tracker.midline.curve import as_points, unit_grid
+from worm_tracker.midline.drawn_skin import SkinnedBody, dim_by_body
+from worm_tracker.midline.rounded_widths import rounded_half_widths
+
+_EITHER = 0.5, 0.9
+"""Two darkenings: how an overlap looks is told for any from how it looks for both."""
 
 
 @dataclass(frozen=True, slots=True)
 class OverlapDarkeningSettings:
     """Which places of a body tell."""
 
-    within_widths: float = 0.25
-    """How much nearer to each other than half a width the midlines of two parts are."""
-    least_overlap_widths: float = 2.0
-    """Length of what lies on another part, at least."""
+    broader_px: float = 0.5
+    """How much broader the body is drawn than it is."""
+    least_layers: float = 1.8
+    """From how many layers on, those cut by a pixel's edge counted in part, a pixel tells."""
+    edge_widths: float = 0.2
+    """How much of an overlap's edge does not tell: strands that lie side by side are drawn so far
+    over each other where they are laid a little too near."""
     end_widths: float = 1.5
-    """How much of either end is left out: it may lie elsewhere."""
-    cover: SelfCoverSettings = field(default_factory=SelfCoverSettings)
+    """How far about either end nothing tells: it may lie elsewhere."""
+    least_overlap_widths2: float = 0.2
+    most_cost: float = 0.01
+    """How much of the body lies on itself at least, squared widths, and how far the picture may be
+    from the body there, mean square over the body's signal: of a body that lies otherwise it is
+    0.04. Of 2719 bodies in ten films in skins 97 in 100 tell it to 0.15."""
 
 
 def overlap_darkening(
-    signal: Picture,
-    curve: Complex,
-    widths: Floats,
-    levels: Floats,
-    width: float,
-    settings: OverlapDarkeningSettings,
+    signal: Picture, body: SkinnedBody, width: float, settings: OverlapDarkeningSettings
 ) -> float | None:
     """Return what a part of a body adds to the signal of one that it lies on, over its own.
 
-    The median over all such places: two thirds where transmissions multiply and a layer takes away
-    a third of the light, nothing where overlaps are no darker.
+    That which fits best all of its overlaps: two thirds where transmissions multiply and a layer
+    takes away a third of the light, nothing where overlaps are no darker.
 
     Parameters
     ----------
     signal : ndarray of uint8, shape (h, w)
         Background minus picture in a window, without the noise of single pixels.
-    curve : ndarray of complex, shape (n,)
-        The midline at equal steps in the window's coordinates, u + iv.
-    widths, levels : ndarray, shape (m,)
-        Width, pixels, and signal of one layer on the midline, along the body in the same order.
+    body : SkinnedBody
+        In the window's coordinates; how dark its overlaps are is not asked of it.
     width : float
-        That of most of the body, pixels.
+        That of most of it, pixels.
     settings : OverlapDarkeningSettings
 
     Returns
     -------
     float or None
-        None where too little of the body lies on itself.
+        None where too little of the body lies on itself, or where the picture does not look like
+        it however dark overlaps are.
+
+    Notes
+    -----
+    Two layers have the signals a and b alone, and a + b - a b / m together, where m is the signal
+    of what lets no light through: linear in 1 / m, which least squares give.
     """
-    n = len(curve)
-    step = float(np.abs(np.diff(curve)).mean())
-    part, known = np.linspace(0, 1, n), np.linspace(0, 1, len(widths))
-    half, level = np.interp(part, known, widths) / 2, np.interp(part, known, levels)
-    ends = round(settings.end_widths * width / step)
-    inner, margin_px = slice(ends, n - ends), -settings.within_widths * width
-    over = parts_over(curve[:, None], curve, half, inner, step, margin_px, settings.cover)
-    covered = over[:, 0] > 0
-    covered[:ends] = covered[n - ends :] = False
-    if np.count_nonzero(covered) * step < settings.least_overlap_widths * width:
+    tells = _overlaps(body, signal.shape, width, settings)
+    if np.count_nonzero(tells) < settings.least_overlap_widths2 * width**2:
         return None
-    below = level_below(curve, covered, level, step, width, settings.cover)[covered]
-    adds = interpolate(signal, curve[covered][:, None])[:, 0] - below
-    return float(np.median(adds / np.maximum(level[covered], 1.0)))
+    seen = signal[tells] / body.level
+    either = [replace(body, darkening=darkening) for darkening in _EITHER]
+    one, other = (
+        _through(each, each.absorbed(unit_grid(len(body.curve))), signal.shape, settings)[tells]
+        for each in either
+    )
+    per_m = [body.level / each.blackest for each in either]
+    one, other = ((1 - through) / each for through, each in zip((one, other), per_m, strict=True))
+    both = (other - one) / (per_m[0] - per_m[1])
+    apart = one + per_m[0] * both
+    fitted = float(np.vdot(both, apart - seen) / max(float(np.vdot(both, both)), 1e-9))
+    fitted = min(max(fitted, 0.0), 1.0)
+    cost = float(np.mean((apart - fitted * both - seen) ** 2))
+    return None if cost > settings.most_cost else 1 - fitted
 
 
-def level_below(
-    curve: Complex,
-    covered: Mask,
-    level: Floats,
-    step: float,
-    width: float,
-    cover: SelfCoverSettings,
+def _overlaps(
+    body: SkinnedBody, shape: tuple[int, ...], width: float, settings: OverlapDarkeningSettings
+) -> Mask:
+    """Return the pixels in which a body lies on itself, those near its ends left out."""
+    half = np.full((len(body.curve), body.mean.shape[1]), 0.5)
+    layers = np.log2(1 / _through(body, half, shape, settings))
+    over = (layers > settings.least_layers).astype(np.uint8)
+    for u, v in as_points(body.curve[[0, -1]]).round().astype(int).tolist():
+        cv2.circle(over, (u, v), round(settings.end_widths * width), 0, cv2.FILLED)
+    edge_px = max(round(settings.edge_widths * width), 1)
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * edge_px + 1, 2 * edge_px + 1))
+    return np.asarray(cv2.erode(over, kernel) > 0)
+
+
+def _through(
+    body: SkinnedBody,
+    absorbed: Floats,
+    shape: tuple[int, ...],
+    settings: OverlapDarkeningSettings,
 ) -> Floats:
-    """Return the signal of the parts that lie over the nodes of a path; 0 where none does.
-
-    Parameters
-    ----------
-    curve : ndarray of complex, shape (n,)
-        At equal steps.
-    covered : ndarray of bool, shape (n,)
-        Where another part lies over it.
-    level : ndarray, shape (n,)
-        Signal of one layer at each node; 0 where the body is not.
-    step, width : float
-        Distance of the nodes, and width of the body, pixels.
-    cover : SelfCoverSettings
-        How far along the body another part begins.
-    """
-    below = np.zeros(len(curve))
-    at, parts = np.flatnonzero(covered), np.flatnonzero(level > 0)
-    if not (len(at) and len(parts)):
-        return below
-    away = np.abs(curve[at][:, None] - curve[parts])
-    apart = cover.least_way_between_parts_widths * width
-    away[np.abs(at[:, None] - parts) * step < apart] = np.inf
-    below[at] = level[parts[away.argmin(axis=1)]]
-    return below
+    """Return the part of the light that a body lets through that keeps so much at its nodes."""
+    through, n = np.ones(shape), len(body.curve)
+    half = rounded_half_widths(unit_grid(n), body.widths) + settings.broader_px / 2
+    dim_by_body(through, body.curve, half, absorbed, (False, False))
+    return through

@@ -124,34 +124,6 @@ def sharp_turns(points: Floats, width: float, least_rad: float) -> Floats:
     return np.asarray(points[np.abs(turn) > least_rad])
 
 
-def s_turn_at_ends(points: Floats, width: float, near_widths: float) -> float:
-    """Return how sharp an S a line makes near one of its ends, radians.
-
-    The most that it turns over a width to the one side there, or to the other if that is less: a
-    worm's end does not bend both ways within a few widths, a midline that is not its does.
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, 2)
-    width : float
-        The body's, in the unit of the points.
-    near_widths : float
-        How far from an end that is looked for.
-    """
-    line = as_complex(points)
-    d = np.diff(line)
-    s = complex_arc_length(line)
-    turned = np.concatenate([[0.0], np.cumsum(np.angle(d[1:] * d[:-1].conj()))])
-    middle = (s[1:] + s[:-1]) / 2
-    at = np.arange(0.3 * width, near_widths * width, 0.15 * width)
-    sharpest = 0.0
-    for place in (at, s[-1] - at):
-        over = np.interp(place + width / 2, middle, turned)
-        over -= np.interp(place - width / 2, middle, turned)
-        sharpest = max(sharpest, min(float(over.max()), float(-over.min())))
-    return sharpest
-
-
 def nodes_for(length: float, width: float) -> int:
     """Return how many nodes a path of this length has, for a body of this width."""
     return int(min(max(_NODES_PER_WIDTH * length / width, TRACKED_POINTS), _MOST_NODES))

@@ -9,7 +9,8 @@ from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.curve import length_of, unit_grid
 from worm_tracker.midline.end_marks import log_odds_of_whole_end
 from worm_tracker.midline.other_ends import other_ends, sd_by_outline
-from worm_tracker.midline.path import BodyPath, s_turn_at_ends
+from worm_tracker.midline.path import BodyPath
+from worm_tracker.midline.s_turns import s_turn_at_ends
 from worm_tracker.midline.self_cover import (
     ends_on_body,
     lies_near_itself,

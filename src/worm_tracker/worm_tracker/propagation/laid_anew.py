@@ -7,13 +7,17 @@ where the outline tells that an end lies otherwise.
 from dataclasses import replace
 from math import inf
 
+import numpy as np
+
 from worm_tracker.midline.body_model import end_displacement
+from worm_tracker.midline.end_residual import differing_near
 from worm_tracker.midline.other_ends import likelier_end, other_ends
 from worm_tracker.midline.path import BodyPath
 from worm_tracker.midline.regrown_ends import regrown
 from worm_tracker.midline.self_cover import ends_on_body
 from worm_tracker.midline.strand_exchange import exchanged_strands
 from worm_tracker.midline.strand_shift import shifted_strands
+from worm_tracker.propagation.beside_ends import body_signal
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import end_sd_px_of, half_widths_along, most_end_sd_px
@@ -61,7 +65,8 @@ def _with_likelier_ends(scene: CandidateSearch, found: Candidate) -> Candidate:
 
     Where overlaps are no darker a path that leads an end over the body is not told from others: an
     end that has turned aside unseen shows itself by its outline alone. Where flanks fit the outline
-    they tell more, and it stays.
+    they tell more, and it stays; so it does where grey levels show that it is where it was: an
+    outline closes the narrow gap between an end and the strand beside it.
     """
     if scene.seen.dark is not None:
         return found
@@ -75,7 +80,9 @@ def _with_likelier_ends(scene: CandidateSearch, found: Candidate) -> Candidate:
             continue
         anew = scene.scored(path, scene.model.widths)
         more = anew.unexplained.total - found.unexplained.total
-        if more <= scene.settings.most_lost_by_likelier_end_widths2:
+        if more <= scene.settings.most_lost_by_likelier_end_widths2 and not _is_contradicted(
+            scene, found.path, path, last_end
+        ):
             sd_px, by_flanks = found.end_sd_px, found.flanks_sd_px
             found = replace(anew, end_sd_px=sd_px, flanks_sd_px=by_flanks)
     return found
@@ -93,6 +100,23 @@ def _with_likelier_end(scene: CandidateSearch, path: BodyPath, last_end: bool) -
     if line is None:
         return None
     return BodyPath(line[::-1] if last_end else line, path.ways)
+
+
+def _is_contradicted(
+    scene: CandidateSearch, path: BodyPath, otherwise: BodyPath, last_end: bool
+) -> bool:
+    """Tell whether a picture differs more from a body with one end laid otherwise."""
+    ends = np.array([each.curve[-1 if last_end else 0] for each in (path, otherwise)])
+    before, after = (
+        differing_near(
+            scene.signal,
+            body_signal(each, scene.model, scene.levels),
+            ends,
+            scene.settings.end_residual,
+        )
+        for each in (path, otherwise)
+    )
+    return after - before > scene.settings.most_more_differing_at_likelier_end_widths2
 
 
 def with_strands_exchanged(scene: CandidateSearch, found: Candidate) -> Candidate:

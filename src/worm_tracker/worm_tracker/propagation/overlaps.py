@@ -8,6 +8,9 @@ import numpy as np
 from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel
 from worm_tracker.midline.body_residual import BodyResidualSettings, dark_places
+from worm_tracker.midline.body_shade import ACROSS
+from worm_tracker.midline.curve import median_of
+from worm_tracker.midline.drawn_skin import SkinnedBody
 from worm_tracker.midline.end_marks import has_marks
 from worm_tracker.midline.overlap_darkening import overlap_darkening
 from worm_tracker.propagation.propagation_settings import PropagationSettings
@@ -74,10 +77,10 @@ def as_dark_as_followed(
     """Return a marked worm whose overlaps are as dark as those that a body was followed into."""
     if not found.is_explained or not is_marked(model, settings):
         return model
-    view = detection.view
+    view, levels = detection.view, model.levels_at(detection.gain)
     curve = found.path.shifted(-complex(*view.origin)).curve
-    levels = model.levels_at(detection.gain)
-    darkening = overlap_darkening(
-        view.smooth, curve, model.widths, levels, model.width, settings.overlaps
-    )
+    shade = model.shade_at(detection.gain)
+    mean = np.repeat(levels[:, None], len(ACROSS), axis=1) if shade is None else shade.mean
+    body = SkinnedBody(curve, model.widths, mean, median_of(levels), model.darkening)
+    darkening = overlap_darkening(view.smooth, body, model.width, settings.overlaps)
     return model if darkening is None else model.with_overlap(darkening)

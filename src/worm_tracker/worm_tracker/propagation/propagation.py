@@ -15,13 +15,14 @@ from worm_tracker.detection.detection import Detection
 from worm_tracker.midline.body_model import BodyModel, mean_width
 from worm_tracker.midline.curve import as_points
 from worm_tracker.midline.refine import RefinedMidline
+from worm_tracker.midline.s_turns import s_shaped_part
 from worm_tracker.midline.self_cover import lies_near_itself
 from worm_tracker.observation import Observation
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise, is_due
-from worm_tracker.propagation.overlaps import overlaps_tell
+from worm_tracker.propagation.overlaps import is_marked, overlaps_tell
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.propagation.traced_anew import traced_anew
 from worm_tracker.worm_track import PropagatedBody
@@ -116,7 +117,9 @@ def observation_of(
         for sd, is_broad in zip(end_sd_px, body.broad_ends, strict=True)
     )
     seen = Status.FOLDED if folded else Status.TRACKED
-    seen = seen if body.loops_known else Status.LOOP_IN_DOUBT
+    may_be_s = folded and is_marked(model, settings)
+    in_doubt = _points_in_doubt(body, model.width, may_be_s, settings)
+    seen = seen if in_doubt == (0, 0) else Status.LOOP_IN_DOUBT
     return Observation(
         Status.END_HIDDEN if first or last else seen,
         u,
@@ -129,7 +132,7 @@ def observation_of(
         end_sd_px=end_sd_px,
         seen_end_sd_px=body.end_sd_px,
         broad_ends=body.broad_ends,
-        in_doubt=_points_of(body.loop_in_doubt, len(body.points)),
+        in_doubt=in_doubt,
         over_limits=body.over_limits,
         overlaps_tell=overlaps_tell(model, settings),
         by_marks=body.doubt_by_bends != body.loop_in_doubt,
@@ -146,6 +149,24 @@ def _ends_told(body: PropagatedBody, settings: PropagationSettings) -> bool:
         return True
     beside = [part for part in (body.loop_in_doubt[0], 1 - body.loop_in_doubt[1]) if part > 0]
     return bool(beside) and min(beside) > settings.least_told_at_ends
+
+
+def _points_in_doubt(
+    body: PropagatedBody, width: float, may_be_s: bool, settings: PropagationSettings
+) -> tuple[int, int]:
+    """Return from which of a body's points to before which it may lie otherwise.
+
+    In a loop in doubt; or, of a folded one with marks, in an S that no worm makes: its ends are
+    seen, but what is between has come onto another strand there, or was led round one.
+    """
+    count, least = len(body.points), settings.most_s_turn_of_marked_rad
+    first, behind = _points_of(body.loop_in_doubt, count)
+    s_shaped = s_shaped_part(body.points, width, least, settings.s_turn_within_widths)
+    if s_shaped is None or not may_be_s:
+        return first, behind
+    s_first, s_behind = _points_of(s_shaped, count)
+    s_first, s_behind = max(s_first, 1), min(s_behind, count - 1)
+    return (s_first, s_behind) if behind == 0 else (min(first, s_first), max(behind, s_behind))
 
 
 def _points_of(part: tuple[float, float] | None, count: int) -> tuple[int, int]:
