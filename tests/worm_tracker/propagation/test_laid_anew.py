@@ -103,17 +103,28 @@ def beside_itself(apart_widths, hooked):
 
 
 @pytest.mark.parametrize("apart_widths", [1.2, 1.25])
-@pytest.mark.parametrize("hooked", [False, True])
-def test_an_end_is_not_laid_across_a_gap_that_is_seen(monkeypatch, apart_widths, hooked):
+@pytest.mark.parametrize(
+    ("hooked", "known_over_level", "is_laid_across"),
+    [
+        pytest.param(False, 1.0, False, id="the gap is seen"),
+        pytest.param(True, 1.0, True, id="the end is seen across"),
+        pytest.param(False, 1.6, True, id="the picture looks like neither"),
+    ],
+)
+def test_an_end_is_not_laid_across_a_gap_that_is_seen(
+    monkeypatch, apart_widths, hooked, known_over_level, is_laid_across
+):
     """An outline that closes the gap is explained as well by either: the grey levels tell."""
     drawn, straight, bent = beside_itself(apart_widths, hooked)
     widths = np.full(65, WIDTH)
     search = search_in(drawn.signal, drawn.curve, straight, widths, LEVEL, 0.0, darker=False)
     closed = cv2.morphologyEx(search.seen.mask, cv2.MORPH_CLOSE, np.ones((9, 9), np.uint8))
     near = replace(search.settings, near_end_widths=1.6)
-    search = replace(search, seen=replace(search.seen, mask=closed), settings=near)
+    levels = known_over_level * search.levels
+    seen = replace(search.seen, mask=closed)
+    search = replace(search, seen=seen, settings=near, levels=levels)
     monkeypatch.setattr(laid_anew, "likelier_end", lambda *_: bent.curve[::-1])
     as_it_was = search.scored(straight, widths)
     found = laid_anew._with_likelier_ends(search, as_it_was)
-    assert (found is not as_it_was) is hooked
+    assert (found is not as_it_was) is is_laid_across
     assert search.over_limits(search.scored(bent, widths)) <= 1

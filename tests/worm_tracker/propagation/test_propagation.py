@@ -376,21 +376,24 @@ S_AT_END = [(0.3, 0.0), (1.0, 1.0), (1.0, -1.0)]
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "marked", "is_in_doubt"),
+    ("before", "after", "marked", "darkening", "is_in_doubt"),
     [
-        pytest.param(S_SHAPED, ACROSS_ITSELF, True, True, id="an S in a folded skin"),
-        pytest.param(S_AT_END, ACROSS_ITSELF, True, True, id="at its end, which is seen"),
-        pytest.param(S_SHAPED, ACROSS_ITSELF, False, False, id="without marks"),
-        pytest.param(S_SHAPED, LINE, True, False, id="open"),
-        pytest.param(LINE, ACROSS_ITSELF, True, False, id="no S"),
+        pytest.param(S_SHAPED, ACROSS_ITSELF, True, 0.5, True, id="an S in a folded skin"),
+        pytest.param(S_AT_END, ACROSS_ITSELF, True, 0.5, True, id="at its end, which is seen"),
+        pytest.param(S_SHAPED, ACROSS_ITSELF, True, 0.0, False, id="overlaps no darker"),
+        pytest.param(S_SHAPED, ACROSS_ITSELF, False, 0.5, False, id="without marks"),
+        pytest.param(S_SHAPED, LINE, True, 0.5, False, id="open"),
+        pytest.param(LINE, ACROSS_ITSELF, True, 0.5, False, id="no S"),
     ],
 )
-def test_where_a_folded_skin_makes_an_s_its_midline_is_in_doubt(before, after, marked, is_in_doubt):
+def test_where_a_folded_skin_makes_an_s_its_midline_is_in_doubt(
+    before, after, marked, darkening, is_in_doubt
+):
     width = 10.0
     path = BodyPath(evenly(laid([*before, *after], width), 300))
     search = search_after(path, width, 1, loops_known=True)
     levels = np.tile([80.0, 120.0], 33)[:65] if marked else np.full(65, 100.0)
-    model = replace(search.model, levels=levels, darkening=0.5)
+    model = replace(search.model, levels=levels, darkening=darkening)
     told = observation_of(PropagatedBody(path, 0.95, 0.95), model, 0.95, PropagationSettings())
     assert (told.status is Status.LOOP_IN_DOUBT) is is_in_doubt
     assert (told.in_doubt != (0, 0)) is is_in_doubt

@@ -105,18 +105,23 @@ def _with_likelier_end(scene: CandidateSearch, path: BodyPath, last_end: bool) -
 def _is_contradicted(
     scene: CandidateSearch, path: BodyPath, otherwise: BodyPath, last_end: bool
 ) -> bool:
-    """Tell whether a picture differs more from a body with one end laid otherwise."""
+    """Tell whether an end is seen where it lies, and not where it is laid otherwise.
+
+    Where the picture does not look like the body as it lies, either, grey levels tell nothing.
+    """
+    settings = scene.settings
     ends = np.array([each.curve[-1 if last_end else 0] for each in (path, otherwise)])
     before, after = (
         differing_near(
             scene.signal,
             body_signal(each, scene.model, scene.levels),
             ends,
-            scene.settings.end_residual,
+            settings.end_residual,
         )
         for each in (path, otherwise)
     )
-    return after - before > scene.settings.most_more_differing_at_likelier_end_widths2
+    is_seen = before < settings.most_differing_at_seen_end_widths2
+    return is_seen and after - before > settings.most_more_differing_at_likelier_end_widths2
 
 
 def with_strands_exchanged(scene: CandidateSearch, found: Candidate) -> Candidate:

@@ -117,7 +117,7 @@ def observation_of(
         for sd, is_broad in zip(end_sd_px, body.broad_ends, strict=True)
     )
     seen = Status.FOLDED if folded else Status.TRACKED
-    may_be_s = folded and is_marked(model, settings)
+    may_be_s = folded and is_marked(model, settings) and overlaps_tell(model, settings)
     in_doubt = _points_in_doubt(body, model.width, may_be_s, settings)
     seen = seen if in_doubt == (0, 0) else Status.LOOP_IN_DOUBT
     return Observation(

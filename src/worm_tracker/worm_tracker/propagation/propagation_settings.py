@@ -120,7 +120,8 @@ class PropagationSettings:
     s_turn_within_widths: float = 1.5
     """How sharp an S a body with marks may make anywhere, its two bends so near to each other: of
     26 wrong ones of 21,157 (20 films in skins and thin tails) 12 made a sharper one, and 91 of the
-    others. Without marks 244 of 20,000 right ones did, and none of four wrong ones."""
+    others. Without marks 244 of 20,000 right ones did, and none of four wrong ones; of a real worm
+    whose overlaps are not known to be darker ones that are right do, too."""
     kink_cost_per_rad: float = 0.05
     """What a radian more takes off its agreement."""
     length_sd_over_scatter: float = 2.0
@@ -183,9 +184,12 @@ class PropagationSettings:
     hairpin sharper than it was followed."""
     most_lost_by_likelier_end_widths2: float = 0.02
     """How much more a body may leave over with an end where its outline is explained best."""
+    most_differing_at_seen_end_widths2: float = 0.1
     most_more_differing_at_likelier_end_widths2: float = 0.02
-    """How much more of the picture may differ from it then: of 136 such ends (22 films) 15 lay
-    nearer to the true end than before, and 104 farther off, most of them in a gap that is seen."""
+    """How much of a picture may differ from a body near an end that is seen where it lies, and how
+    much more with it there: of 96 such ends (22 films) five lay nearer to the true one than before
+    and 81 farther off, most of them across a gap that is seen. Where more differs as it is, which a
+    real worm's picture does, of 40 ten nearer and 23 farther."""
     least_end_sd_by_outline_widths: float = 0.3
     """How surely an end that its flanks tell is followed to the next picture at most: with 0.1 the
     same were told, but five more of 4000 wrong."""
