@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from worm_msgs_py.arrays import Floats, Floats32, Mask, Picture
 from worm_tracker.detection.blobs import Window, whole_picture
 from worm_tracker.detection.dim_places import DimPlaces, DimPlacesSettings
-from worm_tracker.detection.glare import GLARE_STRIDE, glare_limit
+from worm_tracker.detection.glare import GLARE_STRIDE, glare_in, glare_limit
 from worm_tracker.detection.illumination import evened
 
 
@@ -133,7 +133,9 @@ class Background:
         sparse = np.s_[::GLARE_STRIDE, ::GLARE_STRIDE]
         clear = self._as_bright(np.ascontiguousarray(self.clear[window][sparse]), gain)
         limit = glare_limit(clear, self._settings.glare_over_clear_grey)
-        return bool((picture[window][sparse] > limit).any())
+        if not (picture[window][sparse] > limit).any():
+            return False
+        return bool(glare_in(picture[window], self.glare_limit(gain, window)).any())
 
     def _as_bright(self, background: Picture, gain: float) -> Picture:
         if abs(gain - 1) > self._settings.gain_change_ignored:
@@ -220,11 +222,9 @@ class Background:
         band = slice(first, last), slice(0, picture.shape[1])
         masked = worm_mask(band)
         if self.any_glare(picture, gain, band):
-            white = cv2.compare(picture[band], self.glare_limit(gain, band), cv2.CMP_GT)
-            white = cv2.dilate(white, np.ones((5, 5), np.uint8))
-            masked = np.asarray(
-                white if masked is None else cv2.bitwise_or(masked, white), np.uint8
-            )
+            white = glare_in(picture[band], self.glare_limit(gain, band))
+            about = np.asarray(cv2.dilate(white, np.ones((5, 5), np.uint8)), np.uint8)
+            masked = about if masked is None else np.asarray(masked | about, np.uint8)
         count, mean = self._count[first:last], self._mean[first:last]
         now = picture[first:last] * np.float32(1 / gain)
         most = max(self._most_visits, settings.first_frames)

@@ -29,6 +29,7 @@ from worm_tracker.detection.detection import Detection, DetectionPrior, Missed, 
 from worm_tracker.detection.dirt import LastPicture, dark_beside
 from worm_tracker.detection.glare import (
     GlareSettings,
+    glare_in,
     glare_limit,
     look_through_glare,
     may_occlude,
@@ -245,7 +246,7 @@ class Detector:
         whole = with_pale_ends(first, DetectionPrior(), ends, may_be_cut=False) or first
         worm = draw_blob(whole.blob, everything, margin)
         limit = glare_limit(self._empty, settings.background.glare_over_clear_grey)
-        white = cv2.compare(picture, limit, cv2.CMP_GT)
+        white = glare_in(picture, limit)
         if white.any():  # what is near glare may be another part of the worm
             size = 2 * self._settings.search_margin_px + 1
             near_white = cv2.dilate(white, np.ones((size, size), np.uint8))

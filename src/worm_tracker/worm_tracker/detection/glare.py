@@ -60,6 +60,21 @@ def glare_limit(clear: Picture, least_over_clear: int) -> Picture:
     return np.maximum(np.asarray(limit, np.uint8), np.uint8(SATURATED - 1))
 
 
+def glare_in(picture: Picture, limit: Picture) -> Picture:
+    """Return where a picture is glare, 0 or 255.
+
+    Single pixels are not, which noise has made white.
+
+    Parameters
+    ----------
+    picture, limit : ndarray of uint8, shape (h, w)
+        See `glare_limit`.
+    """
+    white = cv2.compare(picture, limit, cv2.CMP_GT)
+    among_white = cv2.dilate(cv2.medianBlur(white, 3), np.ones((3, 3), np.uint8))
+    return np.asarray(cv2.bitwise_and(white, among_white), np.uint8)
+
+
 def look_through_glare(
     picture: Picture,
     limit: Picture,
@@ -86,7 +101,7 @@ def look_through_glare(
     The light with the glare but without the worm is what is left where dark tracks as narrow as the
     worm are closed.
     """
-    white = cv2.compare(picture, limit, cv2.CMP_GT)
+    white = glare_in(picture, limit)
     size = 2 * round(settings.most_track_width_widths * width / 2) + 1
     closing = np.ones((size, size), np.uint8)
     bright = cv2.morphologyEx(white, cv2.MORPH_CLOSE, closing)
