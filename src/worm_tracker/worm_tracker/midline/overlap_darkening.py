@@ -36,7 +36,7 @@ class OverlapDarkeningSettings:
     most_cost: float = 0.01
     """How much of the body lies on itself at least, squared widths, and how far the picture may be
     from the body there, mean square over the body's signal: of a body that lies otherwise it is
-    0.04. Of 2719 bodies in ten films in skins 97 in 100 tell it to 0.15."""
+    0.04. Of 4189 bodies with more (nine films in skins) 3588 tell it, 94 % of these to 0.1."""
 
 
 def overlap_darkening(
