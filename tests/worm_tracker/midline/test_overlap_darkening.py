@@ -67,3 +67,11 @@ def test_a_body_that_hardly_lies_on_itself_tells_nothing(turns_at):
 def test_a_window_that_the_body_is_not_in_tells_nothing():
     _, line = laid_back(MARKED, 0.7 * LENGTH, 0.5)
     assert told(np.zeros((40, 40), np.uint8), line + 500, MARKED) is None
+
+
+def test_an_end_that_is_laid_too_far_on_does_not_make_overlaps_paler():
+    even = np.full(NODES, 80.0)
+    signal, line = laid_back(even, 0.6 * LENGTH, 0.5)
+    onwards = (line[-1] - line[-2]) * np.arange(1, round(1.3 * WIDTH / abs(line[-1] - line[-2])))
+    too_long = np.concatenate([line, line[-1] + onwards])
+    assert told(signal, too_long, even) == pytest.approx(0.5, abs=0.01)
