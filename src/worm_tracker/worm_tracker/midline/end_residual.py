@@ -58,18 +58,16 @@ def end_over_limits(
     -----
     Strands that lie beside each other at a hairpin may be darker there or not.
     """
-    half = int((settings.reach_widths + settings.beyond_reach_widths) * body.width)
-    u0, v0 = max(int(end.real) - half, 0), max(int(end.imag) - half, 0)
-    part = signal[v0 : int(end.imag) + half + 1, u0 : int(end.real) + half + 1]
-    if not part.size:
+    reach_widths = settings.reach_widths + settings.beyond_reach_widths
+    seen, corner = _seen_about(signal, body, np.array([end]), reach_widths)
+    if not seen.size:
         return 0.0
-    at, corner = end - complex(u0, v0), complex(u0, v0)
-    seen = part * np.float32(1 / body.level)
+    at = end - corner
     widths = body.widths - settings.narrower_px
-    darker = seen - expected_signal(part.shape, corner, body, widths, True, settings.drawing)
+    darker = seen - expected_signal(seen.shape, corner, body, widths, True, settings.drawing)
     of_signal = body.widths * np.minimum(body.levels / body.level, 1.0)
     widths = of_signal - settings.pale_narrower_px
-    paler = expected_signal(part.shape, corner, body, widths, False, settings.drawing) - seen
+    paler = expected_signal(seen.shape, corner, body, widths, False, settings.drawing) - seen
     return max(
         _area(darker, at, body.width, settings) / settings.most_darker_widths2,
         _area(paler, at, body.width, settings) / settings.most_paler_widths2,
@@ -93,16 +91,22 @@ def differing_near(
         u + iv. All of the picture about them is compared.
     settings : EndResidualSettings
     """
-    half = int(settings.reach_widths * body.width)
-    u0, v0 = (max(int(part.min()) - half, 0) for part in (places.real, places.imag))
-    u1, v1 = (int(part.max()) + half + 1 for part in (places.real, places.imag))
-    part = signal[v0:v1, u0:u1]
-    if not part.size:
+    seen, corner = _seen_about(signal, body, places, settings.reach_widths)
+    if not seen.size:
         return 0.0
-    seen = part * np.float32(1 / body.level)
-    drawn = expected_signal(part.shape, complex(u0, v0), body, body.widths, False, settings.drawing)
+    drawn = expected_signal(seen.shape, corner, body, body.widths, False, settings.drawing)
     differing = np.abs(_smoothed(seen - drawn, body.width, settings)) - settings.least_over_level
     return float(differing[differing > 0].sum()) / body.width**2
+
+
+def _seen_about(
+    signal: Picture, body: BodySignal, places: Complex, reach_widths: float
+) -> tuple[Floats32, complex]:
+    """Return the signal about some places, over the body's, and where that window begins."""
+    half = int(reach_widths * body.width)
+    u0, v0 = (max(int(part.min()) - half, 0) for part in (places.real, places.imag))
+    u1, v1 = (int(part.max()) + half + 1 for part in (places.real, places.imag))
+    return signal[v0:v1, u0:u1] * np.float32(1 / body.level), complex(u0, v0)
 
 
 def _smoothed(more: Floats32, width: float, settings: EndResidualSettings) -> Floats32:

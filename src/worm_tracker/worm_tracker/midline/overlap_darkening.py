@@ -66,24 +66,21 @@ def overlap_darkening(
     Notes
     -----
     Two layers have the signals a and b alone, and a + b - a b / m together, where m is the signal
-    of what lets no light through: linear in 1 / m, which least squares give.
+    of what lets no light through: linear in 1 / m, which least squares give. Drawn for two m they
+    tell a + b (`total`) and a b (`product`) of each pixel.
     """
     tells = _overlaps(body, signal.shape, width, settings)
     if np.count_nonzero(tells) < settings.least_overlap_widths2 * width**2:
         return None
     seen = signal[tells] / body.level
-    either = [replace(body, darkening=darkening) for darkening in _EITHER]
-    one, other = (
-        _through(each, each.absorbed(unit_grid(len(body.curve))), signal.shape, settings)[tells]
-        for each in either
-    )
-    per_m = [body.level / each.blackest for each in either]
-    one, other = ((1 - through) / each for through, each in zip((one, other), per_m, strict=True))
-    both = (other - one) / (per_m[0] - per_m[1])
-    apart = one + per_m[0] * both
-    fitted = float(np.vdot(both, apart - seen) / max(float(np.vdot(both, both)), 1e-9))
+    bodies = [replace(body, darkening=darkening) for darkening in _EITHER]
+    drawn, other_drawn = (_signal_at(tells, each, settings) for each in bodies)
+    per_m, other_per_m = (each.level / each.blackest for each in bodies)
+    product = (other_drawn - drawn) / (per_m - other_per_m)
+    total = drawn + per_m * product
+    fitted = float(np.vdot(product, total - seen) / max(float(np.vdot(product, product)), 1e-9))
     fitted = min(max(fitted, 0.0), 1.0)
-    cost = float(np.mean((apart - fitted * both - seen) ** 2))
+    cost = float(np.mean((total - fitted * product - seen) ** 2))
     return None if cost > settings.most_cost else 1 - fitted
 
 
@@ -99,6 +96,12 @@ def _overlaps(
     edge_px = max(round(settings.edge_widths * width), 1)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * edge_px + 1, 2 * edge_px + 1))
     return np.asarray(cv2.erode(over, kernel) > 0)
+
+
+def _signal_at(tells: Mask, body: SkinnedBody, settings: OverlapDarkeningSettings) -> Floats:
+    """Return the signal of a body in its skin at some pixels, over that of most of it."""
+    skin = body.absorbed(unit_grid(len(body.curve)))
+    return (1 - _through(body, skin, tells.shape, settings)[tells]) / (body.level / body.blackest)
 
 
 def _through(

@@ -9,6 +9,11 @@ import numpy as np
 from worm_msgs_py.arrays import Complex, Floats
 from worm_tracker.midline.curve import as_complex, complex_arc_length
 
+_FROM_END_WIDTHS = 0.3
+"""How far from an end turns are looked for at first: nearer a midline hardly shows them."""
+_APART_WIDTHS = 0.15
+"""How far apart."""
+
 
 def s_turn_at_ends(points: Floats, width: float, near_widths: float) -> float:
     """Return how sharp an S a line makes near one of its ends, radians.
@@ -60,10 +65,6 @@ def s_shaped_part(
         return None
     first, last = min(bends) - width / 2, max(bends) + width / 2
     return max(first / length, 0.0), min(last / length, 1.0)
-
-
-_FROM_END_WIDTHS = 0.3
-_APART_WIDTHS = 0.15
 
 
 def _places(last: float, width: float) -> Floats:

@@ -80,9 +80,8 @@ def _with_likelier_ends(scene: CandidateSearch, found: Candidate) -> Candidate:
             continue
         anew = scene.scored(path, scene.model.widths)
         more = anew.unexplained.total - found.unexplained.total
-        if more <= scene.settings.most_lost_by_likelier_end_widths2 and not _is_contradicted(
-            scene, found.path, path, last_end
-        ):
+        explains_as_much = more <= scene.settings.most_lost_by_likelier_end_widths2
+        if explains_as_much and not _is_contradicted(scene, found.path, path, last_end):
             sd_px, by_flanks = found.end_sd_px, found.flanks_sd_px
             found = replace(anew, end_sd_px=sd_px, flanks_sd_px=by_flanks)
     return found

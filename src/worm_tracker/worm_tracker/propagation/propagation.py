@@ -159,10 +159,13 @@ def _points_in_doubt(
     In a loop in doubt; or, of a folded one with marks, in an S that no worm makes: its ends are
     seen, but what is between has come onto another strand there, or was led round one.
     """
-    count, least = len(body.points), settings.most_s_turn_of_marked_rad
+    count = len(body.points)
     first, behind = _points_of(body.loop_in_doubt, count)
-    s_shaped = s_shaped_part(body.points, width, least, settings.s_turn_within_widths)
-    if s_shaped is None or not may_be_s:
+    if not may_be_s:
+        return first, behind
+    least, within = settings.most_s_turn_of_marked_rad, settings.s_turn_within_widths
+    s_shaped = s_shaped_part(body.points, width, least, within)
+    if s_shaped is None:
         return first, behind
     s_first, s_behind = _points_of(s_shaped, count)
     s_first, s_behind = max(s_first, 1), min(s_behind, count - 1)
