@@ -8,6 +8,7 @@ from body_searches import path_along, search_in
 from flank_ends import DARKENING, LEVEL, along_itself, signal_of, with_last_end_moved
 
 from worm_tracker.propagation.laid_by_signal import with_ends_by_signal
+from worm_tracker.propagation.overlaps import is_marked
 
 WIDTH = 14.0
 START, ASIDE = 1.0, 0.6
@@ -130,9 +131,14 @@ def test_an_end_beside_the_other_one_is_not_asked():
         assert (with_ends_by_signal(near, found).end_sd_px != known) == is_asked
 
 
-def test_where_a_skin_has_marks_it_is_asked_instead():
-    search, found = told_unsurely()
-    marked = replace(search, seen=replace(search.seen, shaded=object()))
+@pytest.mark.parametrize("longer_widths", [0.0, -1.2, 1.2])
+def test_an_end_of_a_skin_with_marks_is_not_asked_of_grey_levels(longer_widths):
+    """Marks look like what is darker or paler beside an end: other rules ask them themselves."""
+    search, found = told_unsurely(longer_widths)
+    assert with_ends_by_signal(search, found) is not found
+    levels = search.model.levels * (1 + 0.1 * (-1.0) ** np.arange(len(search.model.levels)))
+    marked = replace(search, model=replace(search.model, levels=levels))
+    assert is_marked(marked.model, marked.settings)
     assert with_ends_by_signal(marked, found) is found
 
 

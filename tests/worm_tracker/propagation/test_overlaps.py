@@ -10,6 +10,7 @@ from worm_tracker.detection.blobs import BlobSettings, find_blobs, whole_picture
 from worm_tracker.detection.detection import Detection, SignalView
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.path import BodyPath
+from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.propagation.overlaps import (
     as_dark_as,
     as_dark_as_followed,
@@ -33,6 +34,12 @@ def model_of(levels):
     return BodyModel(
         LENGTH, WIDTH, 3000.0, level, WIDTH, widths, levels, 1.0, BodyModelSettings(), LENGTH
     )
+
+
+def midline_of(levels):
+    points = np.c_[np.linspace(0.0, LENGTH, NODES), np.zeros(NODES)]
+    level, widths = float(np.median(levels)), np.full(NODES, WIDTH)
+    return RefinedMidline(points, widths, widths, levels, level, 1.0, 3000.0, 0.0, 0.0)
 
 
 def seen_laid_back(levels, darkening):
@@ -66,6 +73,17 @@ def test_a_body_that_does_not_explain_its_picture_tells_nothing_of_overlaps():
     detection, found = seen_laid_back(MARKED, 0.5)
     model = model_of(MARKED)
     assert as_dark_as_followed(detection, model, replace(found, over_limits=1.5), SETTINGS) is model
+
+
+def test_overlaps_that_are_well_known_are_measured_in_every_eighth_picture_only():
+    detection, found = seen_laid_back(MARKED, 0.5)
+    model, measured = replace(model_of(MARKED), overlaps=(29, 0.3)), []
+    for picture in range(18):
+        anew = as_dark_as_followed(detection, model, found, SETTINGS)
+        measured += [picture] if anew.overlaps != model.overlaps else []
+        model = anew.updated(midline_of(MARKED), 3000.0, 1.0, False)  # it is seen open in between
+    assert measured == [0, 8, 16]
+    assert 0.3 < model.darkening < 0.5, "what is known follows what is seen"
 
 
 def test_an_end_that_is_pale_and_has_marks_is_told_by_them():

@@ -24,6 +24,10 @@ class BodyModelSettings:
     least_weight_of_new_overlap: float = 0.1
     overlap_frames: int = 3
     """The same for overlaps of a body that was followed, and frames from which on that is known."""
+    well_known_overlap_frames: int = 30
+    most_overlaps_left_out: int = 7
+    """Frames from which on it is known so well that it is measured seldom, and pictures in a row in
+    which it is not: one takes 2 to 5 ms."""
     learned_frames: int = 30
     """Midlines from which on widths and length are known well enough to go back through a fold."""
     order_frames: int = 3
@@ -91,6 +95,8 @@ class BodyModel:
         How much darker two parts are that lie on each other than one, relatively.
     overlaps : tuple of int and float
         Bodies that were followed into an overlap, and how dark it was in the mean.
+    overlaps_left_out : int
+        Pictures since then in which that was not measured.
     length_scatter : float
         Mean deviation of the log of its length: a worm that strokes has more.
     profile_scatter : float
@@ -120,6 +126,7 @@ class BodyModel:
     first_length: float
     darkening: float = 0.0
     overlaps: tuple[int, float] = (0, 0.0)
+    overlaps_left_out: int = 0
     length_scatter: float = 0.02
     profile_scatter: float = 0.0
     looking_doubled: float = 0.0
@@ -166,6 +173,7 @@ class BodyModel:
             settings=self.settings,
             darkening=self.darkening,
             overlaps=self.overlaps,
+            overlaps_left_out=self.overlaps_left_out,
             length_scatter=self.length_scatter + rate * (off - self.length_scatter),
             profile_scatter=self.profile_scatter
             + rate * (self.profile_difference(midline) - self.profile_scatter),
@@ -284,6 +292,13 @@ class BodyModel:
         if not other.knows_overlaps or other.overlaps[0] <= self.overlaps[0]:
             return self
         return replace(self, overlaps=other.overlaps, darkening=other.darkening)
+
+    @property
+    def overlap_is_due(self) -> bool:
+        """Whether how dark its overlaps are is measured in the next picture."""
+        settings = self.settings
+        well_known = self.overlaps[0] >= settings.well_known_overlap_frames
+        return not well_known or self.overlaps_left_out >= settings.most_overlaps_left_out
 
     @property
     def knows_overlaps(self) -> bool:

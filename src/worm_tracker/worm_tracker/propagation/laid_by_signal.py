@@ -16,15 +16,17 @@ from worm_tracker.propagation.beside_ends import body_signal
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_laid import has_other_end_beside, known_end, with_end_told
+from worm_tracker.propagation.overlaps import is_marked
 
 
 def with_ends_by_signal(scene: CandidateSearch, found: Candidate) -> Candidate:
     """Return a body whose ends lie where the picture's grey levels say so, and how surely.
 
     An end stays where no other place explains the picture. Where overlaps are no darker that is not
-    asked; where a skin has marks, those are (`laid_by_skin.py`).
+    asked, nor of a skin with marks, which look like what is darker or paler beside an end: once
+    they are known they are asked themselves (`laid_by_skin.py`).
     """
-    if scene.seen.dark is None or scene.seen.shaded is not None:
+    if scene.seen.dark is None or is_marked(scene.model, scene.settings):
         return found
     for last_end in (False, True):
         found = _with_likeliest_end(scene, found, last_end)

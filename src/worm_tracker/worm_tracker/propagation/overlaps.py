@@ -77,6 +77,9 @@ def as_dark_as_followed(
     """Return a marked worm whose overlaps are as dark as those that a body was followed into."""
     if not found.is_explained or not is_marked(model, settings):
         return model
+    if not model.overlap_is_due:
+        return replace(model, overlaps_left_out=model.overlaps_left_out + 1)
+    model = replace(model, overlaps_left_out=0)
     view, levels = detection.view, model.levels_at(detection.gain)
     curve = found.path.shifted(-complex(*view.origin)).curve
     shade = model.shade_at(detection.gain)
