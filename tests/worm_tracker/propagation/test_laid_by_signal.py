@@ -8,7 +8,6 @@ from body_searches import path_along, search_in
 from flank_ends import DARKENING, LEVEL, along_itself, signal_of, with_last_end_moved
 
 from worm_tracker.propagation.laid_by_signal import with_ends_by_signal
-from worm_tracker.propagation.overlaps import is_marked
 
 WIDTH = 14.0
 START, ASIDE = 1.0, 0.6
@@ -138,7 +137,7 @@ def test_an_end_of_a_skin_with_marks_is_not_asked_of_grey_levels(longer_widths):
     assert with_ends_by_signal(search, found) is not found
     levels = search.model.levels * (1 + 0.1 * (-1.0) ** np.arange(len(search.model.levels)))
     marked = replace(search, model=replace(search.model, levels=levels))
-    assert is_marked(marked.model, marked.settings)
+    assert marked.model.is_marked
     assert with_ends_by_signal(marked, found) is found
 
 

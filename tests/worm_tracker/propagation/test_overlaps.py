@@ -14,7 +14,6 @@ from worm_tracker.midline.refine import RefinedMidline
 from worm_tracker.propagation.overlaps import (
     as_dark_as,
     as_dark_as_followed,
-    is_marked,
     marked_ends,
     overlaps_tell,
 )
@@ -91,7 +90,7 @@ def test_an_end_that_is_pale_and_has_marks_is_told_by_them():
     assert marked_ends(model_of(PALE[::-1]), SETTINGS) == (False, True)
     assert marked_ends(model_of(MARKED), SETTINGS) == (False, False)
     plain = np.where(np.arange(NODES) < 24, 40.0, MARKED)
-    assert is_marked(model_of(plain), SETTINGS)
+    assert model_of(plain).is_marked
     assert marked_ends(model_of(plain), SETTINGS) == (False, False)
 
 

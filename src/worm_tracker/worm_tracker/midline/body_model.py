@@ -62,6 +62,9 @@ class BodyModelSettings:
     """Median signal of an end over the body's below which it is pale, the width over the body's
     from which on it is so by itself, and from where to where from its tip both are taken: any tip
     is blurred, a pale one may be dark."""
+    least_marks: float = 0.06
+    """How far a skin's signal differs along it, over itself, from which on it has marks: they hide
+    where two strands lie on each other."""
     least_missing_widths: float = 1.5
     hairpin_width_over_length: float = 0.3
     """How much shorter than known a body must be to lack a part of itself, and least area of that
@@ -309,6 +312,11 @@ class BodyModel:
     def marks(self) -> float:
         """How far its signal differs along it, its ends left out, over its median."""
         return marks_of(self.levels)
+
+    @property
+    def is_marked(self) -> bool:
+        """Whether its skin has marks, which are no overlaps however dark they are."""
+        return self.marks > self.settings.least_marks
 
     @cached_property
     def pale_ends(self) -> tuple[bool, bool]:

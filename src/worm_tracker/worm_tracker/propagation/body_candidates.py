@@ -47,7 +47,7 @@ from worm_tracker.propagation.loops_in_doubt import loops_in_doubt
 from worm_tracker.propagation.object_seen import object_in
 from worm_tracker.propagation.only_explanation import is_only_explanation
 from worm_tracker.propagation.order_of_ends import score_by_marks_or_widths, score_by_widths
-from worm_tracker.propagation.overlaps import is_marked, marked_ends
+from worm_tracker.propagation.overlaps import marked_ends
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -129,7 +129,7 @@ class CandidateSearch:
             path,
             found.agreement,
             expected,
-            self.origin + found.unexplained.centroid(is_marked=is_marked(model, self.settings)),
+            self.origin + found.unexplained.centroid(is_marked=model.is_marked),
             (
                 max(first, (lacks_first or differs_first) * width),
                 max(last, (lacks_last or differs_last) * width),
@@ -271,7 +271,7 @@ class CandidateSearch:
         scatter = self.length_scatter_px
         weight = sd**2 / (sd**2 + scatter**2)
         length, sd = length + weight * (model.length - length), sd * sqrt(1 - weight)
-        marked, pale = is_marked(model, settings), marked_ends(model, settings)
+        marked, pale = model.is_marked, marked_ends(model, settings)
         expected = ExpectedBody(
             model.widths, self.levels, length, sd, model.darkening, marked, pale
         )

@@ -17,7 +17,7 @@ from worm_tracker.midline.self_cover import (
     strands_at_ends,
 )
 from worm_tracker.propagation.candidate import Candidate
-from worm_tracker.propagation.overlaps import is_marked, marked_ends, overlaps_tell
+from worm_tracker.propagation.overlaps import marked_ends, overlaps_tell
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
@@ -188,7 +188,7 @@ def most_end_sd_px(body: PropagatedBody, model: BodyModel, settings: Propagation
     if overlaps_tell(model, settings):
         most = settings.most_end_sd_in_darker_overlap_widths
     over = 1.0 if body.doubt_by_bends is None else settings.most_over_limits_of_unsure_end
-    if is_marked(model, settings):
+    if model.is_marked:
         over = min(over, settings.most_over_limits_of_marked)
     if body.over_limits > over:
         most = min(most, settings.most_end_sd_beside_left_over_widths)

@@ -16,7 +16,6 @@ from worm_tracker.propagation.beside_ends import body_signal
 from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_laid import has_other_end_beside, known_end, with_end_told
-from worm_tracker.propagation.overlaps import is_marked
 
 
 def with_ends_by_signal(scene: CandidateSearch, found: Candidate) -> Candidate:
@@ -26,7 +25,7 @@ def with_ends_by_signal(scene: CandidateSearch, found: Candidate) -> Candidate:
     asked, nor of a skin with marks, which look like what is darker or paler beside an end: once
     they are known they are asked themselves (`laid_by_skin.py`).
     """
-    if scene.seen.dark is None or is_marked(scene.model, scene.settings):
+    if scene.seen.dark is None or scene.model.is_marked:
         return found
     for last_end in (False, True):
         found = _with_likeliest_end(scene, found, last_end)

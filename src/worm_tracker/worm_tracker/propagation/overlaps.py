@@ -17,14 +17,9 @@ from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.worm_track import PropagatedBody
 
 
-def is_marked(model: BodyModel, settings: PropagationSettings) -> bool:
-    """Tell whether a body's skin has marks, which are no overlaps however dark they are."""
-    return model.marks > settings.least_marks
-
-
 def marked_ends(model: BodyModel, settings: PropagationSettings) -> tuple[bool, bool]:
     """Tell of each end whether it is pale, and has marks of its own, which tell where it is."""
-    if not is_marked(model, settings):
+    if not model.is_marked:
         return False, False
     first, last = (
         is_pale and has_marks(levels, model.length, model.width, settings.end_marks)
@@ -64,7 +59,7 @@ def as_dark_as(detection: Detection, model: BodyModel, settings: PropagationSett
     """
     if model.knows_overlaps:
         return model
-    if not settings.darkest_of_marked_are_overlaps and is_marked(model, settings):
+    if not settings.darkest_of_marked_are_overlaps and model.is_marked:
         return replace(model, darkening=0.0)
     residual = settings.residual
     darkening = darkening_of(detection, model, residual.least_dark_widths2, residual)
@@ -75,7 +70,7 @@ def as_dark_as_followed(
     detection: Detection, model: BodyModel, found: PropagatedBody, settings: PropagationSettings
 ) -> BodyModel:
     """Return a marked worm whose overlaps are as dark as those that a body was followed into."""
-    if not found.is_explained or not is_marked(model, settings):
+    if not found.is_explained or not model.is_marked:
         return model
     if not model.overlap_is_due:
         return replace(model, overlaps_left_out=model.overlaps_left_out + 1)

@@ -22,7 +22,7 @@ from worm_tracker.propagation.body_candidates import CandidateSearch
 from worm_tracker.propagation.candidate import Candidate
 from worm_tracker.propagation.end_sureness import end_sd_px_of, most_end_sd_px
 from worm_tracker.propagation.lies_otherwise import followed_or_otherwise, is_due
-from worm_tracker.propagation.overlaps import is_marked, overlaps_tell
+from worm_tracker.propagation.overlaps import overlaps_tell
 from worm_tracker.propagation.propagation_settings import PropagationSettings
 from worm_tracker.propagation.traced_anew import traced_anew
 from worm_tracker.worm_track import PropagatedBody
@@ -117,7 +117,7 @@ def observation_of(
         for sd, is_broad in zip(end_sd_px, body.broad_ends, strict=True)
     )
     seen = Status.FOLDED if folded else Status.TRACKED
-    may_be_s = folded and is_marked(model, settings) and overlaps_tell(model, settings)
+    may_be_s = folded and model.is_marked and overlaps_tell(model, settings)
     in_doubt = _points_in_doubt(body, model.width, may_be_s, settings)
     seen = seen if in_doubt == (0, 0) else Status.LOOP_IN_DOUBT
     return Observation(

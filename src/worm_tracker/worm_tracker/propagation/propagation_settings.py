@@ -151,9 +151,6 @@ class PropagationSettings:
     least_told_at_ends: float = 0.08
     """Part of a body's length at either end, beyond loops in doubt, by whose widths its order may
     be told: most of a body that is turned round with a loop tells the wrong one."""
-    least_marks: float = 0.06
-    """How far a skin's signal differs along it, over itself, from which on it has marks: they hide
-    where two strands lie on each other."""
     bend_lost_rad2: float = 0.15
     """How much less straight the other way past a loop may be and still be in doubt: bends are
     measured to so much, less well where marks hide where two strands lie on each other."""
