@@ -100,6 +100,20 @@ def test_an_end_that_is_bent_back_makes_a_body_broad_there(broader, at_end, is_b
     assert is_broad_at_end(found, model, BodyResidualSettings()) is is_broad
 
 
+def test_a_pale_rim_that_comes_and_goes_does_not_make_the_end_of_a_marked_body_broad():
+    body = refined(kinked(0.2))
+    marked = replace(body, levels=body.levels * (1 + 0.1 * (-1.0) ** np.arange(TRACKED_POINTS)))
+    near = np.abs(np.diff(kinked(0.2))).sum() * np.linspace(0, 1, TRACKED_POINTS) < 1.5 * WIDTH
+    found = replace(body, widths=body.widths * np.where(near, 1.12, 1.0))
+    is_broad = [
+        is_broad_at_end(
+            found, BodyModel.of(known, known.area, 1.0, BodyModelSettings()), BodyResidualSettings()
+        )
+        for known in (body, marked)
+    ]
+    assert is_broad == [True, False]
+
+
 @pytest.mark.parametrize(
     ("known_over_found", "most", "hides"),
     [(1.3, 0.24, True), (1.2, 0.24, False), (1.3, np.inf, False), (0.9, 0.24, False)],

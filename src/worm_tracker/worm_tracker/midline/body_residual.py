@@ -56,10 +56,12 @@ class BodyResidualSettings:
     """What of that may lie beside an end of a body that the contour gives: of 108 bodies that
     lacked more there, dark places counted, 62 were wrong; of 91 that lacked 0.1 to 0.2, 21."""
     broad_end_widths: float = 2.0
-    most_broader_at_end_widths2: float = 0.2
+    most_broader_at_end_widths2: float = 0.15
+    most_broader_at_marked_end_widths2: float = 0.2
     """How far from an end a body that the contour gives may be broader than the worm, and by what
-    area: in eight films the head of 21 of 60 such bodies was more than 0.6 widths off, of 4604
-    others of 4."""
+    area, without marks and with them, whose pale rims come and go: in eight films the head of 21 of
+    60 bodies beyond 0.2 was more than 0.6 widths off, of 4604 others of 4; a head that curls up
+    beside its neck is broader by 0.18 to 0.23 while it comes to lie a width off."""
     end_widths: float = 1.5
     bend_rad: float = 0.8
     """How far from its ends, and from bends that turn by so much within a width, something beside

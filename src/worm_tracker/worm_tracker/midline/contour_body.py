@@ -99,8 +99,12 @@ def is_broad_at_end(
     near = 1 + round(settings.broad_end_widths * model.width / step)
     scale = mean_width(found.widths) / mean_width(model.widths)
     over_px2 = (found.widths - scale * model.widths) * step
-    most_px2 = settings.most_broader_at_end_widths2 * model.width**2
-    return bool(max(over_px2[:near].sum(), over_px2[-near:].sum()) > most_px2)
+    if model.is_marked:
+        most_widths2 = settings.most_broader_at_marked_end_widths2
+    else:
+        most_widths2 = settings.most_broader_at_end_widths2
+    over_widths2 = max(over_px2[:near].sum(), over_px2[-near:].sum()) / model.width**2
+    return bool(over_widths2 > most_widths2)
 
 
 def _lacks_end(
