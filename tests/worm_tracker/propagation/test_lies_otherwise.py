@@ -12,7 +12,7 @@ from worm_tracker.midline.path import BodyPath, evenly
 from worm_tracker.midline.strand_exchange import turned_at_end
 from worm_tracker.midline.strand_meetings import StrandExchangeSettings
 from worm_tracker.propagation.body_candidates import CandidateSearch
-from worm_tracker.propagation.lies_otherwise import followed_or_otherwise
+from worm_tracker.propagation.lies_otherwise import followed_or_otherwise, is_doubted
 from worm_tracker.propagation.propagation import propagate
 
 WIDTH = 12.0
@@ -163,3 +163,33 @@ def test_a_lost_body_is_fitted_anew_as_often_or_where_it_may_have_opened(
     found = propagate(None, search.model, body, None, 1, contour_body, settings)
     assert found.over_limits > settings.lost_over_limits
     assert bool(fitted) is is_fitted
+
+
+@pytest.mark.parametrize(
+    ("over_before", "is_marked", "is_sought"),
+    [
+        pytest.param(0.0, False, True, id="doubted for the first time"),
+        pytest.param(0.0, True, True, id="doubted for the first time, with marks"),
+        pytest.param(0.6, False, True, id="doubted before"),
+        pytest.param(0.6, True, False, id="doubted before, with marks, which leave as much over"),
+        pytest.param(0.45, True, True, id="with marks, but more is left over than before"),
+    ],
+)
+def test_another_body_is_sought_anew_for_one_with_marks_only_where_more_is_left_over(
+    over_before, is_marked, is_sought
+):
+    drawn = Drawn.of(HOOK, WIDTH)
+    search = search_in(drawn, true_path(drawn), end_sd_px=(1.0, 1.0))
+    marks = 1 + (0.1 * (-1.0) ** np.arange(65) if is_marked else np.zeros(65))
+    search = replace(
+        search,
+        seen=replace(search.seen, dark=np.zeros_like(drawn.mask)),
+        body=replace(search.body, over_limits=over_before),
+        model=replace(search.model, levels=LEVEL * marks, darkening=0.45),
+    )
+    part = BodyPath(evenly(drawn.at(np.linspace(0.0, drawn.length - 0.7 * WIDTH, 240)), 240))
+    found = candidate(part)
+    limit = search.settings.residual.most_left_over
+    found = replace(found, unexplained=replace(found.unexplained, left_over=0.62 * limit))
+    assert 0.55 < search.over_limits(found) < 0.65
+    assert is_doubted(search, found) is is_sought

@@ -22,7 +22,7 @@ def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
     found = followed_body(scene)
     if found is not None and scene.over_limits(found) > 1 and is_due(scene):
         found = _lies_otherwise(scene, found)
-    elif found is not None and _is_doubted(scene, found):
+    elif found is not None and is_doubted(scene, found):
         found = _lies_better(scene, found)
     if found is None:
         return None
@@ -31,10 +31,18 @@ def followed_or_otherwise(scene: CandidateSearch) -> Candidate | None:
     return scene.turned_round(with_loop_by_widths(scene, by_marks))
 
 
-def _is_doubted(scene: CandidateSearch, found: Candidate) -> bool:
-    """Tell whether a body leaves so much over that another may lie there: darker overlaps tell."""
-    tells = scene.seen.dark is not None
-    return tells and scene.over_limits(found) > scene.settings.doubted_over_limits
+def is_doubted(scene: CandidateSearch, found: Candidate) -> bool:
+    """Tell whether a body leaves so much over that another may lie there: darker overlaps tell.
+
+    On a skin with marks, which are told less well, much is left over in picture after picture: once
+    another body was looked for it is only where more is.
+    """
+    over, before = scene.over_limits(found), scene.body.over_limits
+    settings = scene.settings
+    if scene.seen.dark is None or over <= settings.doubted_over_limits:
+        return False
+    was_doubted = scene.model.is_marked and before > settings.doubted_over_limits
+    return not was_doubted or over > before + settings.least_more_over_limits_of_marked
 
 
 def is_due(scene: CandidateSearch) -> bool:
