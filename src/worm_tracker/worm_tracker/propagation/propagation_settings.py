@@ -136,8 +136,8 @@ class PropagationSettings:
     for, and how much of that such a one may leave over."""
     least_more_over_limits_of_marked: float = 0.1
     """How much more a body with marks must leave over than in the picture before, where one that
-    lies otherwise was looked for: of 2508 such searches in 22 films that began with less one found
-    any, of 2235 others 10; they took a ninth of all slides."""
+    lies otherwise was looked for, to look for one again: of 2508 searches where it left less than
+    that, in 22 films, one found any, of 2235 others 10; they took a ninth of all slides."""
     open_loop_widths: float = 2.0
     """Breadth of a loop from which on it is open: the strands of a narrower one touch, and may
     cross each other unseen."""
