@@ -42,6 +42,7 @@ from worm_tracker.waiting.brief_gaps import BriefGapSettings
 from worm_tracker.waiting.frame_queue import FrameQueue
 from worm_tracker.waiting.frame_state import PendingFrame
 from worm_tracker.waiting.leaping_ends import LeapingEnds, LeapingEndsSettings
+from worm_tracker.waiting.lone_poses import LonePoses, LonePoseSettings
 from worm_tracker.waiting.repeated_frames import RepeatedFrames
 from worm_tracker.waiting.sudden_lengths import SuddenLengths, SuddenLengthSettings
 from worm_tracker.worm_track import WormTrack
@@ -66,6 +67,7 @@ class TrackerSettings:
     """When the way into a fold and the way back out of it confirm each other."""
     brief_gaps: BriefGapSettings = field(default_factory=BriefGapSettings)
     leaping_ends: LeapingEndsSettings = field(default_factory=LeapingEndsSettings)
+    lone_poses: LonePoseSettings = field(default_factory=LonePoseSettings)
     sudden_lengths: SuddenLengthSettings = field(default_factory=SuddenLengthSettings)
     opencv_threads: int | None = 1
     """Threads of OpenCV in this process; None leaves them as they are. On windows as small as a
@@ -148,6 +150,7 @@ class Tracker:
             brief_gaps=settings.brief_gaps,
         )
         self._leaping_ends = LeapingEnds(settings.leaping_ends)
+        self._lone_poses = LonePoses(settings.lone_poses)
         self._sudden_lengths = SuddenLengths(settings.sudden_lengths)
         self._statuses = Counter[Status]()
         self._advice = FailureAdvice(parameters)
@@ -194,7 +197,8 @@ class Tracker:
     @property
     def held(self) -> int:
         """Frames taken that have not been given yet."""
-        return len(self._queue) + len(self._leaping_ends) + len(self._repeats)
+        judged = len(self._leaping_ends) + len(self._lone_poses)
+        return len(self._queue) + judged + len(self._repeats)
 
     @property
     def shape(self) -> tuple[int, ...] | None:
@@ -288,9 +292,10 @@ class Tracker:
         return self._give(self._queue.finish(self._body_in_doubt), is_end=True)
 
     def _give(self, frames: list[TrackedFrame], *, is_end: bool = False) -> list[TrackedFrame]:
-        """Return the frames of which it is known by now that no end leapt to them, and count."""
+        """Return the frames of which it is known by now whether they can be believed, and count."""
         most = self._parameters.hold_back_frames - len(self._queue) - len(self._repeats)
         judged = self._leaping_ends.push(frames, most, is_end=is_end)
+        judged = self._lone_poses.push(judged, most - len(self._leaping_ends), is_end=is_end)
         given = self._repeats.among(self._sudden_lengths.push(judged))
         self._statuses.update(frame.state.status for frame in given)
         return given

@@ -91,6 +91,7 @@ def test_an_end_hidden_for_a_moment_is_told_to_half_of_what_it_was_supposed_asid
         pytest.param(film(gap_of(3), lambda k: with_end_hidden(k, 0.8)), id="supposed elsewhere"),
         pytest.param(film([*range(31, 37), *range(38, 42)]), id="one frame tells it before"),
         pytest.param(film([*range(39, 42), *range(43, 50)]), id="one frame tells it after"),
+        pytest.param(film([36, 37, 38, 40, *range(42, 50)]), id="too few about a moment"),
         pytest.param(film(range(39, 42), leaps_from=43), id="it leaps soon after"),
         pytest.param(film(range(MIDDLE, FRAMES)), id="never told after"),
         pytest.param(film(range(MIDDLE + 1)), id="never told before"),
@@ -98,6 +99,14 @@ def test_an_end_hidden_for_a_moment_is_told_to_half_of_what_it_was_supposed_asid
 )
 def test_an_end_is_not_told_where_its_way_is_not_known(frames):
     assert told_in_the_middle(frames) is frames[MIDDLE].observation
+
+
+@pytest.mark.parametrize("hidden", [[40, *range(42, 50)], [*range(31, 39), 40], [40, 42, 43]])
+def test_an_end_hidden_in_one_picture_is_told_by_three_about_it_wherever_they_are(hidden):
+    told = told_in_the_middle(film(hidden))
+    assert told.status is Status.FOLDED
+    away = np.hypot(*(told.points - hairpin(MIDDLE)).T)
+    assert away.max() < 0.05 * WIDTH
 
 
 @pytest.mark.parametrize("seen_so", [with_end_hidden, followed_only])

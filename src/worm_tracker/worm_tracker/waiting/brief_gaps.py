@@ -34,6 +34,9 @@ class BriefGapSettings:
     least_part_beside: float = 0.5
     """Of the frames that come so soon before the gap, and after it, so many must tell it: one
     alone, where it is hidden all around, may be wrong."""
+    moment_s: float = 0.09
+    least_frames_about_moment: int = 3
+    """Over a gap as short as this so many must on both sides together, one on either at least."""
     most_step_widths: float = 1.2
     step_s: float = 0.04
     """How far it goes in so long in those frames: a leap may be to or from where it never was."""
@@ -257,6 +260,11 @@ def _is_brief(frames_s: Floats, told_s: Floats, settings: BriefGapSettings) -> b
     before, behind = told_s[told_s < 0], told_s[told_s > 0]
     if not (len(before) and len(behind)) or behind[0] - before[-1] > settings.most_gap_s:
         return False
+    about = np.count_nonzero(before[-1] - before < settings.beside_s)
+    about += np.count_nonzero(behind - behind[0] < settings.beside_s)
+    is_moment = behind[0] - before[-1] < settings.moment_s
+    if is_moment and about >= settings.least_frames_about_moment:
+        return True
     for told_ago_s, ago_s in (
         (before[-1] - before, before[-1] - frames_s),
         (behind - behind[0], frames_s - behind[0]),
