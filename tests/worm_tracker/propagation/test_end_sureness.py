@@ -191,12 +191,22 @@ def pale_tailed(path, marked):
 def test_a_pale_end_on_the_body_is_told_by_its_marks_alone(
     marked, seen_widths, over_limits, is_told
 ):
-    path = hairpin(0.9 * WIDTH, beyond_px=-6 * WIDTH)
+    path = hairpin(0.5 * WIDTH, beyond_px=-6 * WIDTH)
     search, model = pale_tailed(path, marked)
     seen = 1.0, seen_widths * WIDTH
     body = PropagatedBody(path, 0.95, 0.95, end_sd_px=seen, over_limits=over_limits)
     _, last = end_sd_px_of(body, model, search.settings)
     assert last == pytest.approx(seen[1] if is_told else 0.03 * path.length)
+
+
+@pytest.mark.parametrize(("apart_widths", "is_told"), [(0.5, False), (0.8, True)])
+def test_a_pale_end_beside_the_body_is_seen_and_one_on_it_is_not(apart_widths, is_told):
+    """Half-way along the longer arm, 0.8 or 1 width from its middle."""
+    path = hairpin(apart_widths * WIDTH, beyond_px=-6 * WIDTH)
+    search, model = pale_tailed(path, marked=False)
+    body = PropagatedBody(path, 0.95, 0.95, end_sd_px=(1.0, 1.5))
+    _, last = end_sd_px_of(body, model, search.settings)
+    assert last == pytest.approx(1.5 if is_told else 0.03 * path.length)
 
 
 @pytest.mark.parametrize("whole", [True, False])

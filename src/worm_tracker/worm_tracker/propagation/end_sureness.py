@@ -41,9 +41,7 @@ def end_sd_px_of(
     folded = lies_near_itself(body.path.curve, mean_width(model.widths), body.path.step)
     near_px = settings.near_end_widths * model.width
     on_body = ends_on_body(body.path.curve, near_px, body.path.step)
-    off = max(abs(body.path.length - model.length), model.length_scatter * model.length)
     shortening = log(model.length / body.path.length) if folded else 0.0
-    short = shortening > settings.most_log_shortening_of_pale
     dark = overlaps_tell(model, settings)
     too_short = not dark and shortening > settings.most_log_shortening_of_one_shade
     apart_px = float(np.hypot(*(body.points[0] - body.points[-1])))
@@ -55,10 +53,7 @@ def end_sd_px_of(
         inf if body.doubt_by_bends is None else settings.most_end_sd_in_doubt_widths * model.width
     )
     by_outline = [sd if sd < most_px and not too_short else inf for sd in body.outline_sd_px]
-    by_length = [
-        off * ((on and (pale or not dark)) or (pale and short and not whole))
-        for on, pale, whole in zip(on_body, model.pale_ends, body.whole_ends, strict=True)
-    ]
+    by_length = _sd_px_by_length(body, model, on_body, shortening, settings)
     sd_px = [
         sd if on and marks and not too_short else max(sd, min(length, outline))
         for sd, on, marks, length, outline in zip(
@@ -72,6 +67,31 @@ def end_sd_px_of(
         for sd, strands in zip(sd_px, others, strict=True)
     )
     return first, last
+
+
+def _sd_px_by_length(
+    body: PropagatedBody,
+    model: BodyModel,
+    on_body: tuple[bool, bool],
+    shortening: float,
+    settings: PropagationSettings,
+) -> list[float]:
+    """Return how surely the length alone tells each end that the picture does not; else 0, pixels.
+
+    Where overlaps are no darker it does not tell one on the body or against it, elsewhere a pale
+    one on it, or one of a body that is short.
+    """
+    near_px = settings.near_pale_end_widths * model.width
+    on_strand = ends_on_body(body.path.curve, near_px, body.path.step)
+    short = shortening > settings.most_log_shortening_of_pale
+    dark = overlaps_tell(model, settings)
+    off_px = max(abs(body.path.length - model.length), model.length_scatter * model.length)
+    return [
+        off_px * ((on and not dark) or (pale and (on_it or (short and not whole))))
+        for on, on_it, pale, whole in zip(
+            on_body, on_strand, model.pale_ends, body.whole_ends, strict=True
+        )
+    ]
 
 
 def _told_by_marks(
