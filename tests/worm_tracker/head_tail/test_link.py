@@ -192,7 +192,7 @@ def heads_given(seen):
     """Return where the head is told in each frame that has a midline, and how surely."""
     queue = queue_of(HeadTail(WormTrack(), HeadTailSettings()))
     for frame, observation in enumerate(seen):
-        queue.push(PendingFrame(frame, frame, observation, None))
+        queue.push(PendingFrame(frame, 40_000_000 * frame, observation, None))
     states = [each.state for each in queue.finish()]
     return [(each.head.v_px, each.head_certainty) for each in states if each.status.has_pose]
 
