@@ -69,7 +69,7 @@ def test_ends_that_coincide_are_hidden_unless_both_are_seen_well(apart_px, seen_
 
 @pytest.mark.parametrize("darkening", [0.5, 0.0])
 def test_of_one_shade_an_end_on_the_body_is_no_surer_than_the_length(darkening):
-    path = hairpin(0.9 * WIDTH, beyond_px=6 * WIDTH)
+    path = hairpin(0.5 * WIDTH, beyond_px=6 * WIDTH)
     first, last = end_sds(path, (1.0, 1.0), darkening)
     by_length = 0.02 * path.length
     assert first == pytest.approx(by_length if darkening == 0.0 else 1.0)
@@ -84,7 +84,7 @@ def test_of_one_shade_an_end_on_a_body_shorter_than_any_stroke_makes_it_is_not_t
     shorter, darkening, is_told
 ):
     """Seven midlines of a worm of one shade were told by their outline, 25 % short and more."""
-    path = hairpin(0.9 * WIDTH, beyond_px=6 * WIDTH)
+    path = hairpin(0.5 * WIDTH, beyond_px=6 * WIDTH)
     outline = (1.0, np.inf)
     first, last = end_sds(path, (1.0, 1.0), darkening, shorter=shorter, outline_sd_px=outline)
     assert (first == 1.0) is is_told
@@ -104,7 +104,7 @@ def test_of_one_shade_an_end_on_a_body_shorter_than_any_stroke_makes_it_is_not_t
 )
 def test_of_one_shade_an_end_is_as_sure_as_its_outline_tells(outline_px, loop_in_doubt, told_px):
     """Less so with a loop in doubt: strands that are taken for each other have one outline."""
-    path = hairpin(0.9 * WIDTH, beyond_px=6 * WIDTH)
+    path = hairpin(0.5 * WIDTH, beyond_px=6 * WIDTH)
     search = search_after(path, WIDTH, 1, loops_known=True)
     model = replace(search.model, darkening=0.0, length_scatter=0.02)
     body = PropagatedBody(

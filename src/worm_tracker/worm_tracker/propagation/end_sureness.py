@@ -53,7 +53,7 @@ def end_sd_px_of(
         inf if body.doubt_by_bends is None else settings.most_end_sd_in_doubt_widths * model.width
     )
     by_outline = [sd if sd < most_px and not too_short else inf for sd in body.outline_sd_px]
-    by_length = _sd_px_by_length(body, model, on_body, shortening, settings)
+    by_length = _sd_px_by_length(body, model, shortening, settings)
     sd_px = [
         sd if on and marks and not too_short else max(sd, min(length, outline))
         for sd, on, marks, length, outline in zip(
@@ -72,25 +72,22 @@ def end_sd_px_of(
 def _sd_px_by_length(
     body: PropagatedBody,
     model: BodyModel,
-    on_body: tuple[bool, bool],
     shortening: float,
     settings: PropagationSettings,
 ) -> list[float]:
     """Return how surely the length alone tells each end that the picture does not; else 0, pixels.
 
-    Where overlaps are no darker it does not tell one on the body or against it, elsewhere a pale
-    one on it, or one of a body that is short.
+    That does not tell one on a strand where overlaps are no darker, nor a pale one there, or of a
+    body that is short.
     """
-    near_px = settings.near_pale_end_widths * model.width
+    near_px = settings.on_strand_widths * model.width
     on_strand = ends_on_body(body.path.curve, near_px, body.path.step)
     short = shortening > settings.most_log_shortening_of_pale
     dark = overlaps_tell(model, settings)
     off_px = max(abs(body.path.length - model.length), model.length_scatter * model.length)
     return [
-        off_px * ((on and not dark) or (pale and (on_it or (short and not whole))))
-        for on, on_it, pale, whole in zip(
-            on_body, on_strand, model.pale_ends, body.whole_ends, strict=True
-        )
+        off_px * ((on and (pale or not dark)) or (pale and short and not whole))
+        for on, pale, whole in zip(on_strand, model.pale_ends, body.whole_ends, strict=True)
     ]
 
 

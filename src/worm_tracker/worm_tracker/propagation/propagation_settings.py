@@ -86,10 +86,10 @@ class PropagationSettings:
     not told unless both are as sure as that."""
     near_end_widths: float = 1.1
     """How near another part of the body an end lies on it or against it."""
-    near_pale_end_widths: float = 0.9
-    """How near to it a pale one lies on it, and adds too little to be seen: of 26 that lay farther
-    from it, and that the picture told to 0.2 widths, one was more than half a width off, of 42 that
-    lay nearer 26 (27 films, most of them in skins)."""
+    on_strand_widths: float = 0.9
+    """How near to it an end lies on it: a pale one adds too little there to be seen, nor is any
+    where overlaps are no darker. Of 27 that lay farther from it, nearer than 1.3, and that the
+    picture told to 0.2 widths, one was more than half a width off, of 62 that lay nearer 28."""
     near_crossing_widths: float = 0.6
     """How near to an end two other strands may cross for it to be told: of 39 ends at crossings 27
     were more than a width off, of 4543 on one other strand 12."""
