@@ -8,7 +8,7 @@ import pytest
 
 from worm_tracker.midline.body_model import BodyModel, BodyModelSettings
 from worm_tracker.midline.body_residual import BodyResidualSettings
-from worm_tracker.midline.contour_body import explains_object, is_broad_at_end, may_hide_end
+from worm_tracker.midline.contour_body import broad_contour_ends, explains_object, may_hide_end
 from worm_tracker.midline.curve import TRACKED_POINTS, as_points, length_of
 from worm_tracker.midline.path import evenly
 from worm_tracker.midline.refine import RefinedMidline
@@ -97,7 +97,8 @@ def test_an_end_that_is_bent_back_makes_a_body_broad_there(broader, at_end, is_b
     near = np.abs(np.diff(kinked(0.2))).sum() * np.linspace(0, 1, TRACKED_POINTS) < 1.5 * WIDTH
     near = near if is_first else near[::-1]
     found = replace(body, widths=body.widths * broader * np.where(near, at_end, 1.0))
-    assert is_broad_at_end(found, model, BodyResidualSettings()) is is_broad
+    ends = broad_contour_ends(found, model, BodyResidualSettings())
+    assert ends == ((is_broad, False) if is_first else (False, is_broad))
 
 
 def test_a_pale_rim_that_comes_and_goes_does_not_make_the_end_of_a_marked_body_broad():
@@ -106,12 +107,12 @@ def test_a_pale_rim_that_comes_and_goes_does_not_make_the_end_of_a_marked_body_b
     near = np.abs(np.diff(kinked(0.2))).sum() * np.linspace(0, 1, TRACKED_POINTS) < 1.5 * WIDTH
     found = replace(body, widths=body.widths * np.where(near, 1.12, 1.0))
     is_broad = [
-        is_broad_at_end(
+        broad_contour_ends(
             found, BodyModel.of(known, known.area, 1.0, BodyModelSettings()), BodyResidualSettings()
         )
         for known in (body, marked)
     ]
-    assert is_broad == [True, False]
+    assert is_broad == [(True, False), (False, False)]
 
 
 @pytest.mark.parametrize(

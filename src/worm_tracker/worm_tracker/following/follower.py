@@ -11,14 +11,14 @@ from worm_msgs_py.arrays import Floats
 from worm_msgs_py.contract.status import Status
 from worm_tracker.detection.blobs import Blob, holds_wormlike_piece, whole_picture
 from worm_tracker.detection.debris import without_debris
-from worm_tracker.detection.detection import Detection, Missed, Occlusion, SignalView
+from worm_tracker.detection.detection import Detection, Missed, Occlusion
 from worm_tracker.detection.occluded_body import occluded_points, with_known_width
 from worm_tracker.detection.pale_ends import kept_for_later, with_followed_ends
 from worm_tracker.following.follower_settings import FollowerSettings
-from worm_tracker.head_tail.appearance import appearance_difference
+from worm_tracker.following.open_body import open_body
 from worm_tracker.midline.body_model import BodyModel, is_nearer_reversed, mean_width
 from worm_tracker.midline.body_shade import shade_along
-from worm_tracker.midline.contour_body import explains_object, is_broad_at_end, may_hide_end
+from worm_tracker.midline.contour_body import broad_contour_ends, explains_object, may_hide_end
 from worm_tracker.midline.contour_midline import (
     ContourMidline,
     contour_midline,
@@ -159,7 +159,8 @@ class Follower:
                 model = self._track.model
                 if model is not None and model.is_changing:
                     return coiled(detection), None
-                return _observation_of(found, _agreement(found, view.blob), detection.view), None
+                agreement, residual = _agreement(found, view.blob), self._settings.residual
+                return open_body(found, agreement, detection.view, model, residual), None
         return self._propagate(detection, contour_body)
 
     def _refused(self, detection: Detection) -> Observation | None:
@@ -374,7 +375,7 @@ class Follower:
             return False
         if is_nearer_reversed(found.points, followed):
             found = found.reversed()
-        return is_broad_at_end(found, model, self._settings.residual)
+        return any(broad_contour_ends(found, model, self._settings.residual))
 
     def _with_occlusion(self, observation: Observation, occlusion: Occlusion) -> Observation:
         """Return an observation that says which part of its midline was not seen."""
@@ -386,13 +387,6 @@ class Follower:
         return replace(
             observation, status=status, confidence=confidence, occluded=occluded, appearance=None
         )
-
-
-def _observation_of(found: RefinedMidline, agreement: float, view: SignalView) -> Observation:
-    """Return the observation of a refined midline."""
-    appearance = appearance_difference(found.points, found.widths, view.found_in, view.origin)
-    body = found.u, found.v, found.points, found.widths
-    return Observation(Status.TRACKED, *body, agreement, found.width, appearance=appearance)
 
 
 def _agreement(found: RefinedMidline, blob: Blob) -> float:

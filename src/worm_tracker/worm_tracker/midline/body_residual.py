@@ -62,6 +62,9 @@ class BodyResidualSettings:
     area, without marks and with them, whose pale rims come and go: in eight films the head of 21 of
     60 bodies beyond 0.2 was more than 0.6 widths off, of 4604 others of 4; a head that curls up
     beside its neck is broader by 0.18 to 0.23 while it comes to lie a width off."""
+    sd_of_broad_end_widths: float = 0.5
+    least_log_shortening_of_bent: float = 0.03
+    """How unsure such an end is, and by how much a body is shorter of which it is hidden."""
     end_widths: float = 1.5
     bend_rad: float = 0.8
     """How far from its ends, and from bends that turn by so much within a width, something beside

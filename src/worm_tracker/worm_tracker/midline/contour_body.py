@@ -78,13 +78,13 @@ def may_hide_end(
     """
     if log(model.length / length_of(found.points)) > most_log_shortening:
         return True
-    return model.is_learned and is_broad_at_end(found, model, settings)
+    return model.is_learned and any(broad_contour_ends(found, model, settings))
 
 
-def is_broad_at_end(
+def broad_contour_ends(
     found: RefinedMidline, model: BodyModel, settings: BodyResidualSettings
-) -> bool:
-    """Tell whether a body is broader at an end than the worm: that may be a bend beside its end.
+) -> tuple[bool, bool]:
+    """Tell of each end whether a body is broader there than the worm: it may be a bend beside it.
 
     An end that is bent back on itself makes the object broad there, and so the body found in it.
 
@@ -103,8 +103,8 @@ def is_broad_at_end(
         most_widths2 = settings.most_broader_at_marked_end_widths2
     else:
         most_widths2 = settings.most_broader_at_end_widths2
-    over_widths2 = max(over_px2[:near].sum(), over_px2[-near:].sum()) / model.width**2
-    return bool(over_widths2 > most_widths2)
+    most_px2 = most_widths2 * model.width**2
+    return bool(over_px2[:near].sum() > most_px2), bool(over_px2[-near:].sum() > most_px2)
 
 
 def _lacks_end(
