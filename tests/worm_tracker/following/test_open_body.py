@@ -73,6 +73,14 @@ def test_a_broad_end_of_a_body_that_is_shorter_is_hidden(is_last):
     assert np.array_equal(seen.points, straight(0.95 * LENGTH).points)
 
 
+def test_a_broad_end_of_a_skin_with_marks_is_told_for_its_rim_may_be_pale_elsewhere():
+    model = known()
+    marked = replace(model, levels=model.levels * (1 + 0.1 * (-1.0) ** np.arange(TRACKED_POINTS)))
+    seen = told(0.95 * LENGTH, (1.3, 1.0), marked)
+    assert seen.status is Status.TRACKED
+    assert seen.end_sd_px == pytest.approx((0.5 * WIDTH, 0.0))
+
+
 @pytest.mark.parametrize("model", [None, known(frames=2)])
 def test_nothing_is_doubted_while_the_worm_is_not_known(model):
     assert told(0.9 * LENGTH, (1.3, 1.0), model).status is Status.TRACKED

@@ -24,7 +24,8 @@ def open_body(
     """Return the observation of a refined midline.
 
     An end that bends back flat onto its own flank makes the body broad there, and the bend is taken
-    for the end. So it is unsure by half a width, and hidden where the body is shorter, too.
+    for the end. So it is unsure by half a width, and hidden where the body is shorter, too; but not
+    that of a skin with marks, whose pale rims come and go.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def open_body(
         return seen
     first_px, last_px = (each * settings.sd_of_broad_end_widths * model.width for each in broad)
     seen = replace(seen, end_sd_px=(first_px, last_px))
-    if log(model.length / length) < settings.least_log_shortening_of_bent:
+    if model.is_marked or log(model.length / length) < settings.least_log_shortening_of_bent:
         return seen
     count = min(1 + ceil(2 * model.width * (len(found.points) - 1) / length), len(found.points))
     first, last = (count * each for each in broad)
