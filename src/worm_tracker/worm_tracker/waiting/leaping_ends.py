@@ -13,7 +13,7 @@ import numpy as np
 
 from worm_msgs_py.arrays import Complex, Floats, Mask
 from worm_msgs_py.contract.body import BodyState, TrackedFrame
-from worm_tracker.waiting.frame_state import taken_back
+from worm_tracker.waiting.judged_poses import JudgedPoses
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,8 +33,8 @@ class LeapingEndsSettings:
     """Between frames that are farther apart a leap is larger, by the square of the time."""
 
 
-class LeapingEnds:
-    """Takes frames in their order, and gives them in it once it is known what ends leapt.
+class LeapingEnds(JudgedPoses):
+    """Takes back the poses between two leaps of an end.
 
     A frame waits only behind a leap, or where the body was not told before it.
 
@@ -44,39 +44,14 @@ class LeapingEnds:
     """
 
     def __init__(self, settings: LeapingEndsSettings) -> None:
+        super().__init__()
         self._settings = settings
-        # The last ones, as they were before any was taken back.
-        self._given: list[TrackedFrame] = []
-        self._held: list[TrackedFrame] = []
 
-    def __len__(self) -> int:
-        return len(self._held)
+    def _in_doubt(self, frames: Sequence[TrackedFrame], *, is_end: bool) -> list[bool | None]:
+        return poses_in_doubt(frames, self._settings, is_end=is_end)
 
-    def push(
-        self, frames: Sequence[TrackedFrame], most_held: int, *, is_end: bool = False
-    ) -> list[TrackedFrame]:
-        """Take the next frames; return those of which it is known by now.
-
-        Parameters
-        ----------
-        frames : sequence of TrackedFrame
-        most_held : int
-            Most frames that may wait: what is more is returned as it is.
-        is_end : bool
-            Whether none comes after them: then all that wait are returned.
-        """
-        self._held += frames
-        if not self._held:
-            return []
-        verdicts = poses_in_doubt([*self._given, *self._held], self._settings, is_end=is_end)
-        told = list[TrackedFrame]()
-        for frame, in_doubt in zip(self._held, verdicts[len(self._given) :], strict=True):
-            if in_doubt is None and len(self._held) - len(told) <= most_held:
-                break
-            told.append(taken_back(frame) if in_doubt else frame)
-        self._given = [*self._given, *self._held[: len(told)]][-self._settings.most_frames - 3 :]
-        del self._held[: len(told)]
-        return told
+    def _telling(self, given: list[TrackedFrame]) -> list[TrackedFrame]:
+        return given[-self._settings.most_frames - 3 :]
 
 
 def poses_in_doubt(

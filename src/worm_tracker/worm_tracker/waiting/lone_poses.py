@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from worm_msgs_py.contract.body import TrackedFrame
 from worm_msgs_py.contract.status import Status
-from worm_tracker.waiting.frame_state import taken_back
+from worm_tracker.waiting.judged_poses import JudgedPoses
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,8 +22,8 @@ class LonePoseSettings:
     many about them, 6 of them wrong, of 39 wrong ones in all; of the 84 with half, 8."""
 
 
-class LonePoses:
-    """Takes frames in their order, and gives them in it once it is known which lie amid coils.
+class LonePoses(JudgedPoses):
+    """Takes back the poses amid coils.
 
     A frame waits only where one before it was coiled: an open worm is told at once.
 
@@ -33,54 +33,49 @@ class LonePoses:
     """
 
     def __init__(self, settings: LonePoseSettings) -> None:
+        super().__init__()
         self._settings = settings
-        # The last ones, as they were before any was taken back.
-        self._given: list[TrackedFrame] = []
-        self._held: list[TrackedFrame] = []
 
-    def __len__(self) -> int:
-        return len(self._held)
+    def _in_doubt(self, frames: Sequence[TrackedFrame], *, is_end: bool) -> list[bool | None]:
+        return [is_lone(frames, at, self._settings, is_end=is_end) for at in range(len(frames))]
 
-    def push(
-        self, frames: Sequence[TrackedFrame], most_held: int, *, is_end: bool = False
-    ) -> list[TrackedFrame]:
-        """Take the next frames; return those of which it is known by now.
+    def _telling(self, given: list[TrackedFrame]) -> list[TrackedFrame]:
+        return _about(given, given[-1], self._settings.about_s) if given else given
 
-        Parameters
-        ----------
-        frames : sequence of TrackedFrame
-        most_held : int
-            Most frames that may wait: what is more is returned as it is.
-        is_end : bool
-            Whether none comes after them: then all that wait are returned.
-        """
-        self._held += frames
-        told = list[TrackedFrame]()
-        while self._held:
-            is_lone = self._is_lone(is_end)
-            if is_lone is None and len(self._held) <= most_held:
-                break
-            frame = self._held.pop(0)
-            told.append(taken_back(frame) if is_lone else frame)
-            self._given = [*self._near(self._given, frame), frame]
-        return told
 
-    def _is_lone(self, is_end: bool) -> bool | None:
-        """Tell whether the first frame that waits lies amid coils; None where later ones tell."""
-        frame, *later = self._held
-        before, behind = self._near(self._given, frame), self._near(later, frame)
-        if _is_coiled(frame) or not any(map(_is_coiled, before)):
-            return False
-        if not (is_end or len(behind) < len(later)):
-            return None
-        about = [_is_coiled(each) for each in (*before, *behind)]
-        is_amid = any(map(_is_coiled, behind))
-        return is_amid and sum(about) >= self._settings.least_part_coiled * len(about)
+def is_lone(
+    frames: Sequence[TrackedFrame], at: int, settings: LonePoseSettings, *, is_end: bool
+) -> bool | None:
+    """Tell whether a frame tells a body amid coils; None where later ones have to tell.
 
-    def _near(self, frames: Sequence[TrackedFrame], frame: TrackedFrame) -> list[TrackedFrame]:
-        """Return those of some frames that are as near in time to one as those that are asked."""
-        most_ns, now_ns = 1e9 * self._settings.about_s, frame.state.stamp_ns
-        return [each for each in frames if abs(each.state.stamp_ns - now_ns) <= most_ns]
+    Parameters
+    ----------
+    frames : sequence of TrackedFrame
+        In their order.
+    at : int
+        Which of them is asked for.
+    settings : LonePoseSettings
+    is_end : bool
+        Whether no frame comes after them.
+    """
+    frame, later = frames[at], frames[at + 1 :]
+    before = _about(frames[:at], frame, settings.about_s)
+    if _is_coiled(frame) or not any(map(_is_coiled, before)):
+        return False
+    behind = _about(later, frame, settings.about_s)
+    if not (is_end or len(behind) < len(later)):
+        return None
+    about = [_is_coiled(each) for each in (*before, *behind)]
+    is_amid = any(map(_is_coiled, behind))
+    return is_amid and sum(about) >= settings.least_part_coiled * len(about)
+
+
+def _about(
+    frames: Sequence[TrackedFrame], frame: TrackedFrame, most_s: float
+) -> list[TrackedFrame]:
+    """Return those of some frames that are no farther in time from one than that."""
+    now_ns = frame.state.stamp_ns
+    return [each for each in frames if abs(each.state.stamp_ns - now_ns) <= 1e9 * most_s]
 
 
 def _is_coiled(frame: TrackedFrame) -> bool:
