@@ -105,12 +105,25 @@ def test_the_longer_an_end_is_hidden_the_less_sure_it_is():
     assert np.all(np.diff(sds) > 0)
 
 
-def test_an_end_that_was_told_beside_its_way_before_it_hid_is_not_told_by_how_it_moved():
+def beside_its_way_before_it_hid(off_widths):
     """The last frame that shows it has it most of a width aside, as if it went that way."""
     hidden = gap_of(5)
-    frames = film(hidden, lambda k: with_end_hidden(k, 1.5))
-    frames[hidden[0] - 1].observation.points[-HIDDEN:, 1] += 0.8 * WIDTH
+    frames = film(hidden, lambda k: with_end_hidden(k, off_widths))
+    last = frames[hidden[0] - 1].observation
+    last.points[-HIDDEN:, 1] += np.linspace(0, 0.8 * WIDTH, HIDDEN)
+    return frames
+
+
+def test_an_end_that_was_told_beside_its_way_before_it_hid_is_not_told_by_how_it_moved():
+    frames = beside_its_way_before_it_hid(1.5)
     assert told_in_the_middle(frames) is frames[MIDDLE].observation
+
+
+def test_it_is_told_midway_to_a_straight_way_where_it_was_supposed_near_there():
+    told = told_in_the_middle(beside_its_way_before_it_hid(0.0))
+    assert told.shows_pose
+    away = np.hypot(*(told.points - hairpin(MIDDLE)).T)
+    assert away.max() == pytest.approx(0.2 * WIDTH, abs=0.02 * WIDTH)
 
 
 def test_an_end_that_does_not_join_the_rest_of_its_body_is_not_told():
