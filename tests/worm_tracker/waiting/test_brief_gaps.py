@@ -85,7 +85,7 @@ def test_an_end_hidden_for_a_moment_is_told_where_it_moved_wherever_it_was_suppo
 
 
 @pytest.mark.parametrize("count", [9, 25])
-@pytest.mark.parametrize("off_widths", [0.0, 0.7])
+@pytest.mark.parametrize("off_widths", [0.0, 0.6])
 def test_an_end_hidden_for_longer_is_told_midway_to_where_it_was_supposed(count, off_widths):
     told = told_in_the_middle(film(gap_of(count), lambda k: with_end_hidden(k, off_widths)))
     assert told.shows_pose
