@@ -300,7 +300,7 @@ def test_a_frame_waits_until_enough_of_those_after_it_tell_where_its_end_was(hid
 
 def test_a_frame_waits_no_longer_than_a_gap_may_be():
     frames = film(range(MIDDLE, FRAMES))
-    reach_s = BriefGapSettings().reach_s
+    reach_s = BriefGapSettings().ways.reach_s
     assert ready_of(frames[: MIDDLE + 1], MIDDLE, reach_s - 0.01) == 0
     assert ready_of(frames[: MIDDLE + 1], MIDDLE, reach_s + 0.01) == 1
 
