@@ -4,6 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hairpin_frames import (
+    FRAMES,
+    HIDDEN,
+    MIDDLE,
+    NODES,
+    film,
+    folded,
+    gap_of,
+    hairpin,
+    with_end_hidden,
+    with_end_off,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 from waiting_frames import SEEN, WIDTH
@@ -13,57 +25,11 @@ from worm_tracker.observation import Observation
 from worm_tracker.waiting.brief_gaps import BriefGaps, BriefGapSettings, told_over_gap
 from worm_tracker.waiting.frame_state import PendingFrame
 
-NODES = 121
-HIDDEN = 12
-MIDDLE = 40
-"""The frame asked for, of those that a film has."""
-FRAMES = 81
-
-
-def hairpin(frame, *, apart_widths=1.2):
-    """A worm bent double, one arm beside the other, that slides and swings: its true midline."""
-    length, arms = 260.0, apart_widths * WIDTH
-    s = np.linspace(0, length, NODES) - 130 + 1.5 * frame
-    bend = np.clip(s / (0.5 * arms), -0.5 * np.pi, 0.5 * np.pi)
-    along = np.abs(s - 0.5 * arms * bend)
-    u = 200 - along + 0.5 * arms * np.cos(bend)
-    return np.stack([u, 100 + 0.5 * arms * np.sin(bend) + 0.4 * frame], axis=1)
-
-
-def folded(frame, **more):
-    points = hairpin(frame)
-    known = Observation(Status.FOLDED, 200.0, 100.0, points, np.full(NODES, WIDTH), 0.9, WIDTH)
-    return replace(known, **more)
-
-
-def with_end_hidden(frame, off_widths=0.0, **more):
-    """Its tail is under the body, and supposed aside."""
-    seen = folded(frame, status=Status.END_HIDDEN, occluded=(0, HIDDEN), unresolved=SEEN, **more)
-    points = seen.points.copy()
-    points[-HIDDEN:] += off_widths * WIDTH * np.array([0.6, 0.8])
-    return replace(seen, points=points)
-
 
 def followed_only(frame, off_widths=0.0, *, turned=False):
     body = folded(frame, points=hairpin(frame) + np.array([0.0, off_widths * WIDTH]))
     body = body.reversed() if turned else body
     return Observation(Status.COILED, 200.0, 100.0, unresolved=SEEN, followed=body)
-
-
-def film(hidden, seen_so=with_end_hidden, *, frames_per_s=25.0, leaps_from=FRAMES):
-    """Frames of which some hide an end; the tail may be elsewhere from one of them on."""
-    frames = []
-    for k in range(FRAMES):
-        seen = seen_so(k) if k in hidden else folded(k)
-        if k >= leaps_from:
-            seen.points[-HIDDEN:, 1] += 1.5 * WIDTH
-        frames.append(PendingFrame(k, round(1e9 * k / frames_per_s), seen, None))
-    return frames
-
-
-def gap_of(count, middle=MIDDLE):
-    first = middle - count // 2
-    return range(first, first + count)
 
 
 def told_in_the_middle(frames):
@@ -221,12 +187,15 @@ def test_a_loop_in_doubt_stays_so_where_an_end_is_told():
 
 
 @given(
-    st.lists(st.sampled_from(["told", "hidden", "aside", "followed", "nothing"]), max_size=60),
+    st.lists(
+        st.sampled_from(["told", "off", "hidden", "aside", "followed", "nothing"]), max_size=60
+    ),
     st.lists(st.integers(0, 20), max_size=8),
 )
 def test_what_is_told_does_not_hang_on_how_many_frames_leave_at_once(kinds, counts):
     how = {
         "told": folded,
+        "off": with_end_off,
         "hidden": with_end_hidden,
         "aside": lambda k: with_end_hidden(k, 0.9),
         "followed": followed_only,

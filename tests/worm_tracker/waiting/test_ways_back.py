@@ -81,6 +81,34 @@ def test_a_body_that_both_ways_through_a_fold_came_to_is_told(
         assert line == pytest.approx(LINE + aside / 2)
 
 
+def ring(apart_widths):
+    """A body whose two ends are so near to each other."""
+    at = np.linspace(0, 2 * np.pi, len(LINE)) - 0.5 * np.pi
+    points = 40 + 20 * np.stack([np.cos(at), np.sin(at)], axis=1)
+    return points + np.outer(np.linspace(0, apart_widths * WIDTH, len(LINE)), [0.0, -1.0])
+
+
+@pytest.mark.parametrize(
+    ("apart_widths", "sds_widths", "is_told"),
+    [
+        pytest.param(0.1, (0.1, 0.3), False, id="each may be the other"),
+        pytest.param(0.4, (0.3, 0.1), False, id="each may be the other, a little farther apart"),
+        pytest.param(0.1, (0.1, 0.15), True, id="both are seen well"),
+        pytest.param(0.7, (0.1, 0.3), True, id="far enough apart"),
+    ],
+)
+def test_ends_on_each_other_are_not_told_because_both_ways_have_them_there(
+    apart_widths, sds_widths, is_told
+):
+    """What is seen of one is taken for both, by either way alike."""
+    sds_px = (sds_widths[0] * WIDTH, sds_widths[1] * WIDTH)
+    body = replace(FOLLOWED, points=ring(apart_widths), seen_end_sd_px=sds_px)
+    queue = queue_of(coil(followed=body), replace(midline(), points=ring(1.0)))
+    queue.go_back(lambda opened, detections: iter([coil(followed=body)]))
+    first, _ = queue.finish()
+    assert first.state.status is (Status.FOLDED if is_told else Status.COILED)
+
+
 IN_DARK = {"overlaps_tell": True, "seen_end_sd_px": (0.0, 0.48 * WIDTH), "over_limits": 2.0}
 """How sure a body may be where overlaps are darker, which show what lies in them."""
 

@@ -40,15 +40,13 @@ def without_lone_ends(
     settings : LoneEndSettings
     """
     seen = frames[at].observation
-    if not _tells_ends(seen):
+    if not tells_ends(seen):
         return seen
     beside = [*_before(frames, at, settings), *_behind(frames, at, settings)]
-    lone = [beside and _part_telling(beside, end) <= settings.most_part for end in (0, 1)]
+    lone = [bool(beside) and _part_telling(beside, end) <= settings.most_part for end in (0, 1)]
     if not any(lone) or not lies_folded(seen):
         return seen
-    count = 1 + ceil(2 * seen.width * (len(seen.points) - 1) / length_of(seen.points))
-    first, last = (count if each else 0 for each in lone)
-    return replace(seen, status=Status.END_HIDDEN, occluded=(first, last))
+    return with_ends_hidden(seen, lone)
 
 
 def may_be_lone(frames: Sequence[PendingFrame], at: int, settings: LoneEndSettings) -> bool:
@@ -57,7 +55,7 @@ def may_be_lone(frames: Sequence[PendingFrame], at: int, settings: LoneEndSettin
     They cannot where enough of those before it tell both.
     """
     seen = frames[at].observation
-    if not _tells_ends(seen):
+    if not tells_ends(seen):
         return False
     before = _before(frames, at, settings)
     # As many may follow that tell neither.
@@ -65,7 +63,14 @@ def may_be_lone(frames: Sequence[PendingFrame], at: int, settings: LoneEndSettin
     return not enough and lies_folded(seen)
 
 
-def _tells_ends(seen: Observation) -> bool:
+def with_ends_hidden(seen: Observation, hidden: Sequence[bool]) -> Observation:
+    """Return what is seen with two widths of the first or the last end hidden."""
+    count = 1 + ceil(2 * seen.width * (len(seen.points) - 1) / length_of(seen.points))
+    first, last = (count if each else 0 for each in hidden)
+    return replace(seen, status=Status.END_HIDDEN, occluded=(first, last))
+
+
+def tells_ends(seen: Observation) -> bool:
     """Tell whether both ends of a body are told."""
     return seen.has_midline and seen.status.has_pose and not any(seen.occluded)
 

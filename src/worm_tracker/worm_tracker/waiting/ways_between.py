@@ -32,10 +32,6 @@ class WaysBetweenSettings:
     most_step_widths: float = 1.2
     step_s: float = 0.04
     """How far it goes in so long in those frames: a leap may be to or from where it never was."""
-    most_misfit_sds: float = 1.5
-    """How far from that way it may lie in a frame that tells it, in standard deviations: else one
-    of these may be wrong. In one of six films that were drawn when this was not asked yet three
-    frames more were wrong, which begin and end with an end told 0.8 widths off."""
     motion: SmoothMotionSettings = field(default_factory=SmoothMotionSettings)
 
     @property
@@ -53,19 +49,23 @@ class WaysBetween:
     straight : ndarray, shape (n, 2)
         On a straight way from the last frame that tells them to the next.
     smooth : ndarray, shape (n, 2)
-        As they moved in the frames before and after; NaN, too, where these contradict each other.
+        As they moved in the frames before and after.
     sd_px : ndarray, shape (n,)
         How unsure that is: standard deviation along one axis.
+    misfit_sds : ndarray, shape (n,)
+        How far from that way these frames tell them at most, in standard deviations.
     """
 
     straight: Floats
     smooth: Floats
     sd_px: Floats
+    misfit_sds: Floats
 
     @classmethod
     def unknown(cls, count: int) -> "WaysBetween":
         """Return those of so many points of which nothing is known."""
-        return cls(np.full((count, 2), np.nan), np.full((count, 2), np.nan), np.full(count, np.nan))
+        places, others = np.full((2, count, 2), np.nan), np.full((2, count), np.nan)
+        return cls(*places, *others)
 
 
 def ways_between(
@@ -105,8 +105,8 @@ def ways_between(
         nearer_end = (np.flatnonzero(alike) >= len(wanted) / 2).astype(int)
         sd = seen_sd_px[telling][:, nearer_end] / width
         smooth, now_sd, misfit = _moved_on(told_s, points / width, sd, settings)
-        if misfit < settings.most_misfit_sds:
-            ways.smooth[alike], ways.sd_px[alike] = width * smooth, width * now_sd
+        ways.smooth[alike], ways.sd_px[alike] = width * smooth, width * now_sd
+        ways.misfit_sds[alike] = misfit
     return ways
 
 
