@@ -92,15 +92,56 @@ def test_it_is_told_midway_to_a_straight_way_where_it_was_supposed_near_there():
     assert away.max() == pytest.approx(0.2 * WIDTH, abs=0.02 * WIDTH)
 
 
-def test_an_end_that_does_not_join_the_rest_of_its_body_is_not_told():
-    """What is shown of it lies elsewhere than in the frames that tell the end."""
+def either_way(frames, *, turned):
+    for frame in frames if turned else []:
+        frame.observation = frame.observation.reversed()
+    return frames
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_an_end_that_does_not_join_the_rest_of_its_body_is_not_told(turned):
+    """What is shown of it lies elsewhere than in the frames about it."""
 
     def aside(k):
         seen = with_end_hidden(k)
-        return replace(seen, points=seen.points + np.array([WIDTH, 0.0]))
+        away = np.array([0.0, WIDTH]) if k == MIDDLE else 0.0
+        return replace(seen, points=seen.points + away)
 
-    frames = film(gap_of(5), aside)
+    frames = either_way(film(gap_of(5), aside), turned=turned)
     assert told_in_the_middle(frames) is frames[MIDDLE].observation
+
+
+def laid_short(frame, short_widths=1.0, **more):
+    """Its tail is under the body, and it was followed as if that ended sooner."""
+    seen = with_end_hidden(frame, **more)
+    s = np.arange(NODES) * 260.0 / (NODES - 1)
+    shorter = np.linspace(0, 260.0 - short_widths * WIDTH, NODES)
+    return replace(
+        seen, points=np.stack([np.interp(shorter, s, each) for each in seen.points.T], 1)
+    )
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("short", [gap_of(5), [MIDDLE]])
+def test_an_end_of_a_body_that_was_followed_short_is_told_where_it_moved(short, turned):
+    """What is shown of it lies where the frames about it have it, but for the places along it."""
+    frames = film(gap_of(5), lambda k: laid_short(k) if k in short else with_end_hidden(k))
+    told = told_in_the_middle(either_way(frames, turned=turned))
+    assert told.status is Status.FOLDED
+    line = hairpin(MIDDLE)[:: -1 if turned else 1]
+    assert np.hypot(*(told.points - line).T).max() < 0.1 * WIDTH
+    steps = np.hypot(*np.diff(told.points, axis=0).T)
+    assert steps.max() < 1.1 * np.median(steps)
+
+
+def test_a_loop_in_doubt_stays_where_it_is_in_a_body_that_was_followed_short():
+    loop = (50, 80)
+    frames = film(gap_of(5), lambda k: laid_short(k, in_doubt=loop))
+    told, body = told_in_the_middle(frames), frames[MIDDLE].observation
+    assert told.status is Status.LOOP_IN_DOUBT
+    for one, other in ((told.in_doubt[0], loop[0]), (told.in_doubt[1] - 1, loop[1] - 1)):
+        away = np.hypot(*(told.points[one] - body.points[other]).T)
+        assert away < 260.0 / (NODES - 1)
 
 
 def test_what_too_few_frames_tell_next_to_an_end_is_moved_along_with_it():
