@@ -18,7 +18,7 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 from scipy.stats import binomtest
 
-from benchmarks.fold_films import FoldFilm, read_film
+from benchmarks.fold_films import WORMS, FoldFilm, read_film
 from benchmarks.folds import track
 from worm_analysis.report.theme import COLOURS, INK, PAPER_STYLE, new_figure, say_n, style
 
@@ -34,6 +34,7 @@ LOOKS = {
     "one_shade": "one shade",
     "lines_one_shade": "lines, one shade",
     "steered": "other motions",
+    "steered_skin": "the same, in skins",
     "steered_one_shade": "the same, one shade",
 }
 BAR = 95.0
@@ -92,6 +93,8 @@ def _picture(axes: Any, film: FoldFilm, frame: int, line: NDArray[np.float64], f
 
 def _look(result: Mapping[str, Any]) -> str:
     name = str(result["look"])
+    if name.startswith("skin") and result["worm"] not in WORMS:
+        name = f"steered_{name}"
     return next(
         label
         for key, label in sorted(LOOKS.items(), key=lambda item: -len(item[0]))

@@ -87,12 +87,14 @@ class BriefGaps:
         for k in range(count):
             seen, rest = frames[k].observation, frames[k + 1 :]
             told: PendingFrame | None = frames[k]
-            if _may_be_told(seen) or may_be_off_their_way(seen, settings.ends_off_way):
+            is_off = may_be_off_their_way(seen, settings.ends_off_way)
+            reach_s = settings.ends_off_way.ways.reach_s if is_off else settings.ways.reach_s
+            if is_off or _may_be_told(seen):
                 told = next((each for each in rest if each.observation.status.has_pose), None)
             elif not may_be_lone(known, before + k, settings.lone_ends):
                 continue
             is_known = told is not None and last_ns - told.stamp_ns >= settings.ways.beside_s * 1e9
-            if not is_known and newest_ns - frames[k].stamp_ns < settings.ways.reach_s * 1e9:
+            if not is_known and newest_ns - frames[k].stamp_ns < reach_s * 1e9:
                 return k
         return count
 
@@ -135,7 +137,7 @@ class BriefGaps:
         """Return what is told of one of some frames once those about it are known."""
         settings = self._settings
         if may_be_off_their_way(shown[at].observation, settings.ends_off_way):
-            return without_ends_off_their_way(shown, at, settings.ends_off_way, settings.ways)
+            return without_ends_off_their_way(shown, at, settings.ends_off_way)
         return told_over_gap(shown, at, settings)
 
     @property

@@ -5,7 +5,7 @@ be a width beside where it is in those about it.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -30,6 +30,9 @@ class EndsOffWaySettings:
     most_misfit_sds: float = 2.0
     """How unsure that way may be, and how far in standard deviations it may be from the frames that
     tell it: of 18 ends as far from one that was less sure, or farther from them, none was wrong."""
+    ways: WaysBetweenSettings = field(default_factory=lambda: WaysBetweenSettings(most_gap_s=0.3))
+    """Over longer gaps it is not known as surely; and a frame need not wait for longer, in which
+    what comes after a gap in the film may say that its head is the tail."""
 
 
 def may_be_off_their_way(seen: Observation, settings: EndsOffWaySettings) -> bool:
@@ -40,10 +43,7 @@ def may_be_off_their_way(seen: Observation, settings: EndsOffWaySettings) -> boo
 
 
 def without_ends_off_their_way(
-    frames: Sequence[PendingFrame],
-    at: int,
-    settings: EndsOffWaySettings,
-    ways: WaysBetweenSettings,
+    frames: Sequence[PendingFrame], at: int, settings: EndsOffWaySettings
 ) -> Observation:
     """Return what a frame says, with an end hidden that lies elsewhere by how it moves.
 
@@ -54,14 +54,12 @@ def without_ends_off_their_way(
     at : int
         Which of them is asked for; see `may_be_off_their_way`.
     settings : EndsOffWaySettings
-    ways : WaysBetweenSettings
-        When the frames about it tell how an end moves.
     """
     seen = frames[at].observation
     tips = [0, -1]
     wanted = np.zeros(len(seen.points), bool)
     wanted[tips] = True
-    between = ways_between(frames, at, wanted, ways)
+    between = ways_between(frames, at, wanted, settings.ways)
     width, seen_sd_px, sd_px = seen.width, np.array(seen.seen_end_sd_px), between.sd_px[tips]
     away_px = np.hypot(*(seen.points - between.smooth)[tips].T)
     off = seen_sd_px >= settings.least_seen_sd_widths * width
