@@ -30,9 +30,9 @@ def coil(**more):
     return Observation(Status.COILED, 70.0, 40.0, unresolved=SEEN, **more)
 
 
-def queue_of(*observations, hold_back_frames=256, steps=()):
+def queue_of(*observations, hold_back_frames=256, steps=(), track=None):
     queue = FrameQueue(
-        HeadTail(WormTrack(), HeadTailSettings()),
+        HeadTail(track or WormTrack(), HeadTailSettings()),
         hold_back_frames,
         np.nan,
         most_frames_for_body=TRACKER.most_frames_for_body,

@@ -1,12 +1,19 @@
 """Which end is the head follows from motion alone, whichever way round the midlines come."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from worm_msgs_py import Status
-from worm_tracker.head_tail.certainty import certainty, certainty_before_link
+from worm_tracker.head_tail.certainty import (
+    LEAST_CERTAINTY,
+    certainty,
+    certainty_before_link,
+    smoothed_before_link,
+)
 from worm_tracker.head_tail.identity import (
     HeadTail,
     HeadTailSettings,
@@ -110,6 +117,35 @@ def test_certainty_is_a_probability():
     assert certainty(-3.0) == certainty(3.0) == pytest.approx(0.9526, abs=1e-4)
     assert certainty_before_link(0.9, 1.0) == pytest.approx(0.9)
     assert certainty_before_link(0.9, 0.5) == pytest.approx(0.5)
+
+
+PROBABILITIES = st.floats(0.01, 0.99)
+
+
+@given(st.lists(st.tuples(st.floats(0.5, 1.0), PROBABILITIES), min_size=1, max_size=6))
+def test_what_is_known_before_a_link_by_all_is_that_of_all_ways_it_may_have_been(steps):
+    """Against the sum over all orders of all frames, of which there are two to the frames."""
+    reliability, evidence = np.array(steps).T
+    orders = np.array(list(product((0, 1), repeat=len(steps))))
+    seen = np.where(orders, evidence, 1 - evidence).prod(axis=1)
+    same = orders[:, 1:] == orders[:, :-1]
+    weight = seen * np.where(same, reliability[1:], 1 - reliability[1:]).prod(axis=1)
+    by_all = (weight @ orders) / weight.sum()
+    until_then, known = [], LEAST_CERTAINTY
+    for linked, says in steps:
+        known = certainty_before_link(known, linked)
+        known = known * says / (known * says + (1 - known) * (1 - says))
+        until_then.append(known)
+    told = [known]
+    for k in reversed(range(len(steps) - 1)):
+        told.append(smoothed_before_link(told[-1], until_then[k], reliability[k + 1]))
+    assert told[::-1] == pytest.approx(by_all.tolist())
+
+
+def test_where_nothing_was_known_before_a_link_it_is_what_comes_after():
+    for after, reliability in product((0.0, 0.3, 1.0), (0.5, 0.8, 1.0)):
+        before = certainty_before_link(after, reliability)
+        assert smoothed_before_link(after, LEAST_CERTAINTY, reliability) == pytest.approx(before)
 
 
 DIFFERENCE = np.linspace(0.3, -0.1, 16)

@@ -16,6 +16,7 @@ from worm_tracker.observation import Observation
 from worm_tracker.parameters import TrackerParameters
 from worm_tracker.tracker import TRACKER, Tracker
 from worm_tracker.waiting.frame_state import PendingFrame
+from worm_tracker.worm_track import WormTrack
 
 LENGTH = 110.0
 AHEAD = 60
@@ -103,6 +104,15 @@ def test_an_operators_word_reaches_the_frames_that_are_held_back(there_and_back)
     assert (
         given[0].state.head_certainty > 1 / (1 + np.exp(-HeadTailSettings().most_log_odds)) - 0.01
     )
+
+
+def test_an_operators_word_holds_against_what_motion_said_of_the_frames_that_wait():
+    queue = queue_of(*ahead_gone_and_back())
+    queue.link_all()
+    queue.swap_head(0, 0)
+    states, crawled = [one.state for one in queue.finish()], len(crawling())
+    assert min(state.head_certainty for state in states[-crawled:]) > 0.95
+    assert max(state.head_certainty for state in states[:crawled]) < 0.6  # the link is in doubt
 
 
 def test_there_is_nothing_to_exchange_before_a_worm_was_seen():
@@ -220,6 +230,40 @@ def test_what_widths_told_of_the_head_holds_until_a_link_is_in_doubt(hold_back_f
     states = [one.state for one in [*told, *queue.finish()]][len(ahead) :]
     assert min(state.head_certainty for state in states[: len(rests)]) > 0.95
     assert max(state.head_certainty for state in states[len(rests) :]) < 0.6
+
+
+def ahead_gone_and_back():
+    """Return frames of a worm that is gone for a while, lies across its way, and goes backwards."""
+    ahead = crawling(kept=SEEN)
+    gone = [Observation(Status.NO_WORM)] * 20
+    back = [replace(each, points=each.points[:, ::-1]) for each in reversed(ahead)]
+    return [*ahead, *gone, *back]
+
+
+def test_what_comes_after_a_link_in_doubt_does_not_undo_what_was_known_before_it():
+    states = [one.state for one in queue_of(*ahead_gone_and_back()).finish()]
+    crawled = len(crawling())
+    before, after = states[:crawled], states[-crawled:]
+    assert min(state.head_certainty for state in [*before, *after]) > 0.95
+    assert {state.head.u_px - state.tail.u_px for state in before} == {LINE[-1, 0] - LINE[0, 0]}
+    assert {state.head.v_px - state.tail.v_px for state in after} == {LINE[0, 0] - LINE[-1, 0]}
+
+
+def test_of_a_body_that_was_no_worm_nothing_is_known_any_more():
+    track, some = WormTrack(), crawling()[:14]
+    queue = queue_of(*some, track=track)
+    track.begin_anew()
+    queue.push(PendingFrame(len(some), len(some) * FRAME_NS, some[-1], None))
+    assert {one.state.head_certainty for one in queue.finish()} == {0.5}
+    assert queue_of(*some).finish()[0].state.head_certainty > 0.7
+
+
+def test_turned_round_a_frame_tells_the_same_end_as_the_head():
+    pending = PendingFrame(0, 0, midline(), None, first_is_head=0.8)
+    head = pending.observation.points[0]
+    pending.turn_round()
+    np.testing.assert_array_equal(pending.observation.points[-1], head)
+    assert pending.first_is_head == pytest.approx(0.2)
 
 
 def test_what_a_young_body_told_of_a_fold_is_taken_back_with_it():

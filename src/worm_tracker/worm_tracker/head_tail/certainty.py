@@ -21,6 +21,29 @@ def certainty_before_link(certainty_after: float, reliability: float) -> float:
     return certainty_after * reliability + (1 - certainty_after) * (1 - reliability)
 
 
+def smoothed_before_link(after: float, before: float, reliability: float) -> float:
+    """Return the probability before a link by all that is known.
+
+    Parameters
+    ----------
+    after : float
+        The probability after the link by all that is known, also of before it.
+    before : float
+        The probability before the link by what was known until then; `LEAST_CERTAINTY`: nothing.
+    reliability : float
+        Of the link, 0.5 to 1.
+
+    Notes
+    -----
+    The backward step of the forward and backward recursions for a chain of two states, which
+    `certainty_before_link` is where nothing was known before. Where what was known before and what
+    came after contradict each other, it is the link that is likelier to be wrong.
+    """
+    expected = certainty_before_link(before, reliability)
+    same, turned = after / expected, (1 - after) / (1 - expected)
+    return before * (reliability * same + (1 - reliability) * turned)
+
+
 def diluted(log_odds: float, reliability: float) -> float:
     """Return the log odds after a link that may be the wrong way round."""
     if reliability == 1.0:

@@ -1,7 +1,7 @@
 """Frames that wait: coils for a frame that tells how they lay, all for the head to be decided."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import ceil
 
@@ -14,6 +14,7 @@ from worm_tracker.head_tail.certainty import (
     certainty,
     certainty_before_link,
     probability,
+    smoothed_before_link,
 )
 from worm_tracker.head_tail.chain_order import KnownAgain
 from worm_tracker.head_tail.identity import Exchange, ExchangeKind, HeadTail
@@ -219,6 +220,7 @@ class FrameQueue:
         if not self._head_tail.begun:
             return None
         self._head_tail.correct()
+        _forget_head(self._linked)
         oldest = next(iter([*self._linked, *self._waiting]), None)
         exchange = Exchange(
             ExchangeKind.CORRECTION,
@@ -275,6 +277,9 @@ class FrameQueue:
             pending.reliability, pending.own_reliability = link.reliability, link.own_reliability
             if link.known_again is not None:
                 self._know_again(pending, link.known_again)
+            if link.is_new_body:
+                _forget_head(self._linked)
+        pending.first_is_head = probability(self._head_tail.log_odds)
         if decision is not None:
             self._revise(decision)
         self._linked.append(pending)
@@ -295,7 +300,7 @@ class FrameQueue:
         for each, kept in zip(reversed(between), reversed(there), strict=True):
             order = both_say(kept, 1 - back if again.way_was_wrong else back)
             if order < LEAST_CERTAINTY and each.observation.has_midline:
-                each.observation = each.observation.reversed()
+                each.turn_round()
             back = certainty_before_link(back, each.reliability)
             each.own_reliability = min(each.own_reliability, max(order, 1 - order))
             each.reliability = 1.0
@@ -309,7 +314,7 @@ class FrameQueue:
         if not decision.was_reversed:
             return
         for k in range(max(after, 0), len(self._linked)):
-            self._linked[k].observation = self._linked[k].observation.reversed()
+            self._linked[k].turn_round()
         if after < 0:
             self._known_of_given = 1 - self._known_of_given
             if self._head_first is not None:
@@ -351,7 +356,8 @@ class FrameQueue:
         back, sure = [LEAST_CERTAINTY] * len(links), probability(self._head_tail.log_odds)
         for k in reversed(range(len(links))):
             back[k] = sure = _surer(sure, then) if k == known else sure
-            sure = certainty_before_link(sure, links[k].reliability)
+            was = links[k - 1].first_is_head if k else LEAST_CERTAINTY
+            sure = smoothed_before_link(sure, was, links[k].reliability)
         since, sure = [], self._known_of_given
         for k, pending in enumerate(links):
             sure = then if k == known else certainty_before_link(sure, pending.reliability)
@@ -373,6 +379,12 @@ class FrameQueue:
         tracked = tracked_frame(pending, head_first, sure, self._px_per_mm, self._home)
         self._home = tracked.state.frame_id
         return tracked
+
+
+def _forget_head(linked: Iterable[PendingFrame]) -> None:
+    """Let frames that wait be told by what comes after them alone."""
+    for pending in linked:
+        pending.first_is_head = LEAST_CERTAINTY
 
 
 def _surer(one: float, other: float) -> float:

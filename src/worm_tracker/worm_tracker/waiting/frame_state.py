@@ -13,6 +13,7 @@ from worm_msgs_py.contract.locating import is_in_passage
 from worm_msgs_py.contract.status import Status
 from worm_msgs_py.units import MM_PER_M
 from worm_tracker.frame_intervals import AT_ONCE, Elapsed
+from worm_tracker.head_tail.certainty import LEAST_CERTAINTY
 from worm_tracker.midline.curve import arc_length
 from worm_tracker.observation import Observation
 
@@ -39,6 +40,9 @@ class PendingFrame:
     own_reliability : float
         How surely its own ends are in the order of the frames linked, 0.5 to 1: what lies before
         and behind it does not hang on that.
+    first_is_head : float
+        How probable it is that its first end is the head by what was known when it was linked;
+        0.5 where that is no longer believed.
     """
 
     frame: int
@@ -48,11 +52,17 @@ class PendingFrame:
     elapsed: Elapsed = AT_ONCE
     reliability: float = 1.0
     own_reliability: float = 1.0
+    first_is_head: float = LEAST_CERTAINTY
 
     @property
     def is_open(self) -> bool:
         """Whether it shows all of the body."""
         return self.observation.has_midline and self.observation.unresolved is None
+
+    def turn_round(self) -> None:
+        """Put its midline in the other order: it was linked the wrong way round."""
+        self.observation = self.observation.reversed()
+        self.first_is_head = 1 - self.first_is_head
 
 
 def tracked_frame(
