@@ -222,7 +222,11 @@ class Follower:
     def _contour_body(self, detection: Detection) -> RefinedMidline | None:
         """Return the midline that the object's contour gives; None where it is no simple body."""
         blob, view, settings = detection.blob, detection.view, self._settings
-        model, found = self._track.model, self._open_midline(detection)
+        model, residual = self._track.model, settings.residual
+        least_dark, open_over_folded = residual.least_dark_widths2, residual.dark_open_over_folded
+        if model and self._is_dark(detection, model, open_over_folded * least_dark):
+            return None  # before a midline is looked for, which takes longer
+        found = self._open_midline(detection)
         if found is None:
             return None
         width = model.width if model else found.width
@@ -234,9 +238,7 @@ class Follower:
             return None
         step = length_of(found.points) / (len(found.points) - 1)
         folded = lies_near_itself(as_complex(found.points), width, step)
-        residual = settings.residual
-        least = residual.least_dark_widths2 * (1 if folded else residual.dark_open_over_folded)
-        if model and darkening_of(detection, model, least, residual) is not None:
+        if model and folded and self._is_dark(detection, model, least_dark):
             return None
         seen = found
         if model and may_hide_end(found, model, settings.most_log_shortening, residual):
@@ -253,6 +255,10 @@ class Follower:
             residual,
         )
         return found if explains else None
+
+    def _is_dark(self, detection: Detection, model: BodyModel, least_widths2: float) -> bool:
+        """Tell whether so much of an object is as dark as two strands on each other."""
+        return darkening_of(detection, model, least_widths2, self._settings.residual) is not None
 
     def _comes_reversed(self, found: RefinedMidline) -> bool:
         """Tell whether an open body's ends are in the other order than those of the body known.

@@ -7,10 +7,12 @@ left over, and one of the strands belongs there.
 from dataclasses import dataclass
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from worm_msgs_py.arrays import Complex, Floats, Picture
+from worm_msgs_py.arrays import Complex, Floats, Mask, Picture
+from worm_msgs_py.compiled import array_read, array_written, compiled_for
 from worm_tracker.midline.curve import tangents
 from worm_tracker.midline.largest_piece import largest_piece
 from worm_tracker.midline.path import BodyPath, evenly
@@ -50,7 +52,9 @@ def shifted_strands(
     if not len(missing):
         return []
     curve = path.curve
-    near = _squared_distances(curve, missing).min(axis=1) < (settings.reach_widths * width) ** 2
+    reach_px = settings.reach_widths * width
+    near = np.empty(len(curve), np.bool_)
+    _tell_near(curve, missing, reach_px**2, near)
     end = round(settings.end_widths * width / path.step)
     near[:end] = near[len(near) - end :] = False
     nodes = np.flatnonzero(near)
@@ -66,11 +70,32 @@ def shifted_strands(
     return moved
 
 
-def _squared_distances(curve: Complex, places: Complex) -> Floats:
-    """Return those of each node from each place, shape (nodes, places): roots would take longer."""
-    du = curve.real[:, None] - places.real
-    dv = curve.imag[:, None] - places.imag
-    return np.asarray(du * du + dv * dv, np.float64)
+@compiled_for(
+    array_read(types.complex128),
+    array_read(types.complex128),
+    types.float64,
+    array_written(types.boolean),
+)
+def _tell_near(curve: Complex, places: Complex, reach_px2: float, near: Mask) -> None:
+    """Fill in of each node whether one of some places is nearer than a squared distance."""
+    for node in range(len(curve)):
+        near[node] = False
+        for place in places:
+            du, dv = curve[node].real - place.real, curve[node].imag - place.imag
+            if du * du + dv * dv < reach_px2:
+                near[node] = True
+                break
+
+
+@compiled_for(array_read(types.complex128), array_read(types.complex128), array_written(types.intp))
+def _find_nearest(curve: Complex, places: Complex, nearest: NDArray[np.intp]) -> None:
+    """Fill in the node of a curve that is nearest to each place."""
+    for k in range(len(places)):
+        least = np.inf
+        for node in range(len(curve)):
+            du, dv = curve[node].real - places[k].real, curve[node].imag - places[k].imag
+            if du * du + dv * dv < least:
+                nearest[k], least = node, du * du + dv * dv
 
 
 def _shift(
@@ -81,7 +106,9 @@ def _shift(
     settings: StrandShiftSettings,
 ) -> Floats:
     """Return how far each node must move, to the left, for its edge to take in what is missing."""
-    nearest = run[_squared_distances(curve[run], missing).argmin(axis=0)]
+    nearest = np.empty(len(missing), np.intp)
+    _find_nearest(curve[run], missing, nearest)
+    nearest = run[nearest]
     beside = ((missing - curve[nearest]) * (1j * tangents(curve)[nearest]).conj()).real
     side = 1.0 if np.median(beside) > 0 else -1.0
     beyond = np.clip(side * beside - width / 2, 0.0, settings.most_shift_widths * width)

@@ -116,7 +116,7 @@ class BriefGaps:
             shown = [self._shown(known, at) for at in range(len(known))]
             told = [self._told(shown, at) for at in asked]
         if count:
-            self._given = self._last_of(known[: before + count])
+            self._given = self._last_of(known[before : before + count])
         return told
 
     def _near(self, frames: Sequence[PendingFrame], count: int) -> Sequence[PendingFrame]:
@@ -146,12 +146,13 @@ class BriefGaps:
         return self._settings.ways.reach_s + self._settings.lone_ends.beside_s
 
     def _last_of(self, given: Sequence[PendingFrame]) -> list[PendingFrame]:
-        """Return those of the last frames that tell something of one to come, without pictures."""
-        kept_ns = self._kept_s * 1e9
+        """Return those given last that tell something of one to come, without pictures."""
+        kept_ns, last_ns = self._kept_s * 1e9, given[-1].stamp_ns
+        late = [each for each in given if last_ns - each.stamp_ns < kept_ns]
+        bare = [replace(each.observation, unresolved=None, kept=None) for each in late]
         return [
-            replace(each, observation=replace(each.observation, unresolved=None, kept=None))
-            for each in given
-            if given[-1].stamp_ns - each.stamp_ns < kept_ns
+            *(each for each in self._given if last_ns - each.stamp_ns < kept_ns),
+            *(replace(each, observation=seen) for each, seen in zip(late, bare, strict=True)),
         ]
 
 
