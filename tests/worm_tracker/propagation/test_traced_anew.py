@@ -81,6 +81,19 @@ def test_of_one_shade_it_is_followed_on_from_there_and_is_not_known_yet(heading)
     assert search.in_picture(found).frames_unexplained == LOST - 1
 
 
+@pytest.mark.parametrize("length_over_true", [0.9, 1.0, 1.1])
+def test_where_its_loop_may_be_passed_otherwise_it_is_followed_on_and_is_not_known_yet(
+    length_over_true,
+):
+    search = lost_in(Drawn.of(LOOP, WIDTH), frames=LOST, length_over_true=length_over_true)
+    assert search.in_picture(traced_anew(search)).frames_unexplained == 0
+    ambiguous = replace(search.settings, least_bend_of_other_way_rad2=100.0)
+    search = replace(search, settings=ambiguous)
+    found = traced_anew(search)
+    assert away_widths(found, Drawn.of(LOOP, WIDTH)) < 0.4
+    assert search.in_picture(found).frames_unexplained == LOST - 1
+
+
 @pytest.mark.parametrize("length_over_true", [0.85, 1.15])
 def test_of_one_shade_nothing_of_another_length_is_the_worm(length_over_true):
     drawn = Drawn.of(LOOP, WIDTH, darker=False)

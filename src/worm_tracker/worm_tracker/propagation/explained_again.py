@@ -1,7 +1,7 @@
-"""Believes a body again that was lost where overlaps are no darker, once it explains many pictures.
+"""Believes a body again that was lost, once it explains many pictures.
 
-One picture of one shade is explained by bodies that lie otherwise, too: strands that lie side by
-side are alike. A worm that crawls on parts them.
+One picture is explained by bodies that lie otherwise, too: strands that lie side by side are alike.
+A worm that crawls on parts them.
 """
 
 from dataclasses import replace
@@ -36,7 +36,7 @@ def explained_again(
     model : BodyModel
     settings : PropagationSettings
     """
-    if found.frames_unexplained == 0 or overlaps_tell(model, settings):
+    if found.frames_unexplained == 0:
         return found
     if not _explains_all(found, model, settings):
         return found
@@ -49,7 +49,12 @@ def explained_again(
 
 
 def _explains_all(found: PropagatedBody, model: BodyModel, settings: PropagationSettings) -> bool:
-    """Tell whether a body explains its picture as one of its length does."""
+    """Tell whether a body explains its picture as one of its length does.
+
+    Where overlaps are told by their darkness a body of another length leaves something over; and
+    the worm's own strokes may be longer.
+    """
+    if found.over_limits > settings.most_over_limits_alone or found.hides_slack:
+        return False
     off = abs(log(found.path.length / model.length))
-    explains = found.over_limits <= settings.most_over_limits_alone and not found.hides_slack
-    return explains and off <= settings.most_log_length_explained
+    return overlaps_tell(model, settings) or off <= settings.most_log_length_explained

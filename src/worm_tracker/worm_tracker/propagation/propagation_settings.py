@@ -205,8 +205,8 @@ class PropagationSettings:
     most_over_limits_alone: float = 0.35
     least_frames_explained: int = 10
     most_log_length_explained: float = 0.08
-    """In how many pictures in a row a body that was lost must explain all, where overlaps are no
-    darker, and by how much its length may differ, in logs, to be known again."""
+    """In how many pictures in a row a body that was lost must explain all to be known again, and by
+    how much its length may differ, in logs, where overlaps are no darker."""
     least_bend_of_other_way_rad2: float = 1.0
     """What a body that was lost may leave over, over what may be, and how much more any other way
     past its loops must bend, for it to be the only explanation."""

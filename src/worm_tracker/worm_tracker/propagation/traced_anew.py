@@ -14,10 +14,10 @@ from worm_tracker.propagation.lies_otherwise import is_due
 
 
 def traced_anew(scene: CandidateSearch) -> Candidate | None:
-    """Return a body traced through its object that alone explains the picture; None without one.
+    """Return a body traced through its object that explains the picture; None without one.
 
-    Where overlaps are no darker one that explains it, at the worm's length: it is not known yet.
-    Nor where what is followed may be right, as the worm was seen lately, or where it is not known
+    Where others may explain it, too, one that leaves hardly anything over: it is not known yet.
+    None where what is followed may be right, as the worm was seen lately, or where it is not known
     well: what explains a picture then may be wrong, and was followed in place of what was right.
     """
     if not scene.is_lost or scene.model.is_young or not is_due(scene):
@@ -30,15 +30,19 @@ def traced_anew(scene: CandidateSearch) -> Candidate | None:
         return None
     was_exchanged = scene.is_followed  # else none of its loops is taken for known
     found = scene.turned_round(replace(best, was_exchanged=was_exchanged))
-    if scene.seen.dark is None:
-        return found if scene.over_limits(found) <= scene.settings.most_over_limits_alone else None
-    return found if scene.frames_unexplained(found) == 0 else None
+    alone = scene.seen.dark is not None and scene.frames_unexplained(found) == 0
+    return found if alone or _leaves_nothing_over(scene, found) else None
 
 
 def _has_its_length(scene: CandidateSearch, found: Candidate) -> bool:
     """Tell whether a body is about as long as the worm, where overlaps are no darker."""
     most = scene.settings.most_log_length_explained
     return scene.seen.dark is not None or abs(log(found.path.length / scene.model.length)) < most
+
+
+def _leaves_nothing_over(scene: CandidateSearch, found: Candidate) -> bool:
+    """Tell whether a body leaves hardly anything over of the picture."""
+    return scene.over_limits(found) <= scene.settings.most_over_limits_alone
 
 
 def _traced_ways(scene: CandidateSearch) -> list[tuple[float, BodyPath]]:
