@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import inf
 
+import numpy as np
 import pytest
 from body_searches import search_after
 from drawn_folds import DARKENING, Drawn
@@ -17,12 +18,13 @@ SETTINGS = PropagationSettings()
 LOST = SETTINGS.most_frames_unexplained + 1
 
 
-def model_and_body(darkening=0.0, shorter=1.0, **body):
+def model_and_body(darkening=0.0, shorter=1.0, marks=0.0, **body):
     """Return a worm, and its body that was lost and lies in a loop, its ends apart."""
     drawn = Drawn.of([(12.0, 0.0), (1.5 * 3.14 * 2.5, 1 / 2.5), (7.0, 0.0)], WIDTH)
     path = BodyPath(evenly(drawn.curve, 240))
     model = search_after(path, WIDTH, 1, loops_known=True).model
-    model = replace(model, darkening=darkening, length=path.length / shorter)
+    levels = model.levels * (1 + marks * (-1.0) ** np.arange(len(model.levels)))
+    model = replace(model, darkening=darkening, length=path.length / shorter, levels=levels)
     given = {"end_sd_px": (0.5, 0.5), "frames_unexplained": LOST} | body
     return model, PropagatedBody(path, 0.95, 0.95, **given)
 
@@ -85,6 +87,18 @@ def test_where_overlaps_are_darker_it_may_have_another_length(shorter):
     model, body = model_and_body(darkening=DARKENING, shorter=shorter)
     least = SETTINGS.least_frames_explained
     assert counts(model, [body] * least) == [LOST] * (least - 1) + [0]
+
+
+def test_one_with_marks_need_only_explain_its_pictures():
+    """Something is left over of nearly all of them: a skin is known less well than one shade."""
+    least, over = SETTINGS.least_frames_explained, {"over_limits": 0.9, "darkening": DARKENING}
+    marked, body = model_and_body(marks=0.1, **over)
+    assert marked.is_marked
+    assert counts(marked, [body] * least) == [LOST] * (least - 1) + [0]
+    plain, body = model_and_body(**over)
+    assert set(counts(plain, [body] * 30)) == {LOST}
+    poor = replace(body, over_limits=1.1)
+    assert set(counts(marked, [poor] * 30)) == {LOST}
 
 
 def test_a_body_that_was_not_lost_stays_as_it_is():

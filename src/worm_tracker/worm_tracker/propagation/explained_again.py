@@ -54,7 +54,9 @@ def _explains_all(found: PropagatedBody, model: BodyModel, settings: Propagation
     Where overlaps are told by their darkness a body of another length leaves something over; and
     the worm's own strokes may be longer.
     """
-    if found.over_limits > settings.most_over_limits_alone or found.hides_slack:
+    most = settings.most_over_limits_alone
+    most = max(most, settings.most_over_limits_of_marked_alone) if model.is_marked else most
+    if found.over_limits > most or found.hides_slack:
         return False
     off = abs(log(found.path.length / model.length))
     return overlaps_tell(model, settings) or off <= settings.most_log_length_explained
