@@ -208,7 +208,8 @@ class PropagationSettings:
     most_log_length_explained: float = 0.08
     """In how many pictures in a row a body that was lost must explain all to be known again, and by
     how much its length may differ, in logs, where overlaps are no darker. One with marks need only
-    explain its pictures: of 1106 with pictures missing 255 did ten times, and all were right."""
+    explain its pictures: of 476 in four films with pictures missing 255 were the tenth in a row or
+    later, and all were right."""
     least_bend_of_other_way_rad2: float = 1.0
     """What a body that was lost may leave over, over what may be, and how much more any other way
     past its loops must bend, for it to be the only explanation."""
