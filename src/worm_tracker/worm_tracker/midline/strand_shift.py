@@ -106,7 +106,7 @@ def _shift(
     settings: StrandShiftSettings,
 ) -> Floats:
     """Return how far each node must move, to the left, for its edge to take in what is missing."""
-    nearest = np.empty(len(missing), np.intp)
+    nearest = np.zeros(len(missing), np.intp)
     _find_nearest(curve[run], missing, nearest)
     nearest = run[nearest]
     beside = ((missing - curve[nearest]) * (1j * tangents(curve)[nearest]).conj()).real

@@ -54,8 +54,8 @@ def _explains_all(found: PropagatedBody, model: BodyModel, settings: Propagation
     Where overlaps are told by their darkness a body of another length leaves something over; and
     the worm's own strokes may be longer.
     """
-    most = settings.most_over_limits_alone
-    most = max(most, settings.most_over_limits_of_marked_alone) if model.is_marked else most
+    plain, marked = settings.most_over_limits_alone, settings.most_over_limits_of_marked_alone
+    most = marked if model.is_marked else plain
     if found.over_limits > most or found.hides_slack:
         return False
     off = abs(log(found.path.length / model.length))
